@@ -1,0 +1,96 @@
+"""What a camera gives: frames, intrinsics, viewpoints; and the four labels of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+Rgb = npt.NDArray[np.uint8]
+Depth = npt.NDArray[np.float32]
+Pose = npt.NDArray[np.float64]
+
+
+class Label(IntEnum):
+    """Grey code of a pixel in the teacher's mask (sec. II-A.2)."""
+
+    NOT_SALIENT = 0
+    UNAVAILABLE = 75
+    UNKNOWN = 125
+    SALIENT = 255
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Intrinsics of a pinhole camera, in pixels.
+
+    `depth_window` is the part of the image that the depth sensor's full rectangle covers,
+    (u_min, v_min, u_max, v_max) with exclusive ends; None where it is the whole image.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    depth_window: tuple[int, int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "fx", "fy"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
+        if not (np.isfinite(self.cx) and np.isfinite(self.cy)):
+            raise ValueError(f"cx, cy: expected finite pixels, got {self.cx}, {self.cy}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One look of the camera.
+
+    rgb: (H, W, 3) uint8, red first.
+    depth: (H, W) float32 metres along z, registered to `rgb`, NaN = no reading; None where
+        the source has no depth at all.
+    camera: intrinsics of the colour image; None only where `depth` is None.
+    T_world_camera: (4, 4) pose of the colour camera, camera points to world; None = unknown.
+    problem: why this frame cannot teach (an unreadable file, say), in words; None = nothing
+        is wrong. What could not be read is black in `rgb` and NaN in `depth`.
+    """
+
+    id: str
+    rgb: Rgb
+    depth: Depth | None = None
+    camera: Camera | None = None
+    T_world_camera: Pose | None = None
+    stamp_ns: int | None = None
+    problem: str | None = None
+
+    def __post_init__(self) -> None:
+        rgb = self.rgb
+        if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
+            raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
+        if self.depth is None:
+            return
+        size = rgb.shape[:2]
+        if self.depth.shape != size or self.depth.dtype != np.float32:
+            raise ValueError(
+                f"depth: expected {size} float32 metres, got {self.depth.shape} {self.depth.dtype}"
+            )
+        if self.camera is None:
+            raise ValueError("camera: expected intrinsics beside depth, got None")
+        if (self.camera.height, self.camera.width) != size:
+            raise ValueError(
+                f"camera: expected {size[1]}x{size[0]} like the image, "
+                f"got {self.camera.width}x{self.camera.height}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Viewpoint:
+    """A place to look from: the world's number for it, its region, its pose if known."""
+
+    index: int
+    region: int
+    T_world_camera: Pose | None = None
