@@ -1,0 +1,1 @@
+"""How good a model is, against ground truth or the teacher (sec. III)."""

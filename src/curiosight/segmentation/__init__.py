@@ -1,0 +1,19 @@
+"""The teacher's depth segmentation: salient, not salient, unknown (sec. II-A.2)."""
+
+from curiosight.segmentation.objects import Cluster, Verdict
+from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings
+from curiosight.segmentation.survey import SCENES, Survey, survey_recording
+from curiosight.segmentation.teacher import Segmentation, Teacher
+
+__all__ = [
+    "FLOOR",
+    "SCENES",
+    "TABLE",
+    "Cluster",
+    "Segmentation",
+    "SegmentationSettings",
+    "Survey",
+    "Teacher",
+    "Verdict",
+    "survey_recording",
+]

@@ -1,0 +1,7 @@
+"""What a strategy can be sent into."""
+
+from curiosight.worlds.check import check_world
+from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.world import World
+
+__all__ = ["ReplayWorld", "World", "check_world"]

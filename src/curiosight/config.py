@@ -1,0 +1,219 @@
+"""Every setting of a run in one place: two presets, a TOML file, and what overrides what."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from curiosight.errors import DataError
+from curiosight.exploration.progress import Negative, Undefined
+from curiosight.exploration.regions import OrientationSplit, PositionSplit
+from curiosight.exploration.strategies import Over
+from curiosight.features import ColourSpace, RowsPer
+from curiosight.segmentation import FLOOR, TABLE, SegmentationSettings
+
+PRESETS = ("default", "paper")
+
+
+@dataclass(frozen=True, slots=True)
+class TeacherConfig:
+    """How depth becomes labels (sec. II-A.2). scene: auto, floor or table."""
+
+    scene: Literal["auto", "floor", "table"] = "auto"
+    n_survey_frames: int = 24
+    floor: SegmentationSettings = FLOOR
+    table: SegmentationSettings = TABLE
+
+
+@dataclass(frozen=True, slots=True)
+class LearnerConfig:
+    """What an image is described by, and how much of a frame is learned (sec. II-A.1, 3)."""
+
+    rows_per: RowsPer = "pixel"
+    colour_space: ColourSpace = "rgb"
+    n_superpixels: int = 600
+    n_pixels: int = 700
+
+
+@dataclass(frozen=True, slots=True)
+class ForestConfig:
+    """The forest (sec. II-A.3). n_split_features: 0 = all of the 39."""
+
+    n_trees: int = 30
+    n_regrown: int = 4
+    share: float = 0.7
+    max_samples: int = 100_000
+    max_depth: int = 10
+    min_split: int = 11
+    n_split_features: int = 0
+    vote: Literal["hard", "soft"] = "hard"
+
+
+@dataclass(frozen=True, slots=True)
+class ExplorerConfig:
+    """Where to look (sec. II-B). regions: "" = pose where there are poses, else time:5."""
+
+    strategy: str = "iac"
+    n_steps: int = 200
+    regions: str = ""
+    position_split: PositionSplit = "median"
+    orientation_split: OrientationSplit = "count"
+    n_stay: int = 10
+    n_warm_up: int = 2
+    random_share: float = 0.25
+    theta: int = 15
+    smoothing: int = 1
+    min_errors: int = 2
+    undefined: Undefined = "repeat"
+    negative: Negative = "clip"
+    exponent: float = 1.0
+    random_over: Over = "views"
+    random_n_stay: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class TestConfig:
+    """What is kept out of learning. every: 0 = nothing; gap: neighbours left out on each side."""
+
+    every: int = 0
+    gap: int = 3
+
+
+@dataclass(frozen=True, slots=True)
+class RunConfig:
+    """What changes no result but speed and memory, and the seed of all chance."""
+
+    seed: int = 0
+    n_threads: int = 2
+    memory_mb: int = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """All settings; the defaults of the sections are the paper's."""
+
+    preset: Literal["default", "paper"] = "paper"
+    teacher: TeacherConfig = field(default_factory=TeacherConfig)
+    learner: LearnerConfig = field(default_factory=LearnerConfig)
+    forest: ForestConfig = field(default_factory=ForestConfig)
+    explorer: ExplorerConfig = field(default_factory=ExplorerConfig)
+    test: TestConfig = field(default_factory=TestConfig)
+    run: RunConfig = field(default_factory=RunConfig)
+
+    @classmethod
+    def of_preset(cls, preset: str) -> Config:
+        """Return the settings of a preset.
+
+        `paper` is the paper's method to the letter. `default` describes superpixels instead of
+        pixels, in Lab, and grows deeper, more varied trees that answer in shares: measured to
+        be faster and better (`benchmarks/`).
+        """
+        if preset == "paper":
+            return cls()
+        if preset != "default":
+            raise ValueError(f"preset: expected {' or '.join(PRESETS)}, got {preset!r}")
+        return cls(
+            preset="default",
+            learner=LearnerConfig(rows_per="superpixel", colour_space="lab"),
+            forest=ForestConfig(max_depth=24, min_split=20, n_split_features=6, vote="soft"),
+        )
+
+
+def load_config(
+    preset: str | None = None,
+    path: Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> Config:
+    """Return a preset, changed by a TOML file, changed by overrides.
+
+    preset: None = the file's, else `default`.
+    overrides: "section.key" to value; None values are passed over.
+    """
+    table = _read_toml(path) if path is not None else {}
+    config = Config.of_preset(preset or str(table.get("preset", "default")))
+    table.pop("preset", None)
+    if path is not None:
+        config = _updated(config, table, path, "")
+    for name, value in (overrides or {}).items():
+        if value is not None:
+            section, key = name.split(".")
+            changed = replace(getattr(config, section), **{key: value})
+            config = replace(config, **{section: changed})
+    return config
+
+
+def to_toml(config: Config) -> str:
+    """Write a config as TOML that `load_config` reads back to the same."""
+    lines = [f"preset = {_toml_value(config.preset)}"]
+    for section in fields(config):
+        if section.name != "preset":
+            lines += _toml_section(section.name, getattr(config, section.name))
+    return "\n".join(lines) + "\n"
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(path, f"cannot be read ({error.strerror})", "check the path") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DataError(path, f"is no TOML ({error})", "mend that line") from error
+
+
+def _updated(section: Any, table: Mapping[str, Any], path: Path, prefix: str) -> Any:
+    """Return a dataclass with the table's values, checked key by key at every depth."""
+    types = get_type_hints(type(section))
+    changes: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        if key not in types:
+            nearest = difflib.get_close_matches(key, types, n=1, cutoff=0)
+            raise DataError(path, f"unknown key `{name}`", f"did you mean `{prefix}{nearest[0]}`?")
+        present = getattr(section, key)
+        if is_dataclass(present):
+            if not isinstance(value, Mapping):
+                raise DataError(path, f"`{name}` is {value!r}", f"write a section [{name}]")
+            changes[key] = _updated(present, value, path, name + ".")
+        else:
+            changes[key] = _checked(value, types[key], path, name)
+    try:
+        return replace(section, **changes)
+    except ValueError as error:
+        raise DataError(path, f"[{prefix.rstrip('.')}] {error}", "mend that value") from error
+
+
+def _checked(value: Any, kind: Any, path: Path, name: str) -> Any:
+    """Return a TOML value as a field's type, or say what was expected."""
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            expected = ", ".join(repr(choice) for choice in get_args(kind))
+            raise DataError(path, f"`{name}` is {value!r}", f"use one of {expected}")
+        return value
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
+    return value
+
+
+def _toml_section(name: str, section: Any) -> list[str]:
+    lines, nested = ["", f"[{name}]"], []
+    for entry in fields(section):
+        value = getattr(section, entry.name)
+        if is_dataclass(value):
+            nested += _toml_section(f"{name}.{entry.name}", value)
+        else:
+            lines.append(f"{entry.name} = {_toml_value(value)}")
+    return lines + nested
+
+
+def _toml_value(value: str | int | float) -> str:
+    """Write a scalar; our strings are words and paths, quoted without escapes of their own."""
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    return repr(value)

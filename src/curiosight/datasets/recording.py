@@ -1,0 +1,265 @@
+"""What a dataset is, and the class that all loaders of image files build on."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.datasets.camera_file import GROUND_TRUTH_VALUES, LabelValues
+from curiosight.datasets.decoding import (
+    EightBitDepth,
+    UnreadableFile,
+    read_depth,
+    read_grey,
+    read_rgb,
+)
+from curiosight.errors import DataError
+from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
+
+GroundTruth = npt.NDArray[np.uint8]
+Image = TypeVar("Image", Rgb, Depth)
+
+
+class Dataset(Protocol):
+    """A recording to look at, frame by frame; `check_dataset` tells whether it keeps its word.
+
+    name: the layout, such as "7-Scenes".
+    ids: one unique name a frame, usable as a relative file name; outputs are named by it.
+    poses: (4, 4) camera-to-world of the colour camera or None, known without decoding.
+    camera: intrinsics of the colour image; None only where `has_depth` is False.
+    remarks: sentences on how the source was read that its owner should know.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def ids(self) -> Sequence[str]: ...
+    @property
+    def poses(self) -> Sequence[Pose | None]: ...
+    @property
+    def camera(self) -> Camera | None: ...
+    @property
+    def has_depth(self) -> bool: ...
+    @property
+    def remarks(self) -> Sequence[str]: ...
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int) -> Frame:
+        """Decode a frame; what is wrong with it stands in `Frame.problem`, nothing is raised."""
+        ...
+
+    def has_ground_truth(self, index: int) -> bool:
+        """Tell whether `ground_truth` has an answer, without decoding it."""
+        ...
+
+    def ground_truth(self, index: int) -> GroundTruth | None:
+        """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """The files of one frame, before any of them is opened.
+
+    depth: where the file should be; None only in recordings without depth.
+    problem: what listing the recording already found wrong with the frame.
+    """
+
+    id: str
+    rgb: Path
+    depth: Path | None = None
+    T_world_camera: Pose | None = None
+    stamp_ns: int | None = None
+    ground_truth: Path | None = None
+    problem: str | None = None
+
+
+class Recording:
+    """A dataset made of image files, decoded when asked for.
+
+    Depth is taken as registered to the colour image; a layout where it is not overrides
+    `read_depth`. Raises `DataError` for a recording of which no frame can be used.
+    """
+
+    name = "recording"
+
+    def __init__(
+        self,
+        path: Path,
+        entries: Sequence[Entry],
+        camera: Camera | None = None,
+        *,
+        depth_scale: float = 0.001,
+        label_values: LabelValues = GROUND_TRUTH_VALUES,
+        remarks: Sequence[str] = (),
+    ) -> None:
+        self.path = path
+        self.entries = tuple(entries)
+        self.camera = camera
+        self.depth_scale = depth_scale
+        self.label_values = label_values
+        self.remarks = tuple(remarks)
+        self.ids = tuple(entry.id for entry in self.entries)
+        self.poses = tuple(entry.T_world_camera for entry in self.entries)
+        self.size = image_size(path, [entry.rgb for entry in self.entries])
+        if camera is not None:
+            check_image_size(path, camera, self.size)
+            check_depth_bits([entry.depth for entry in self.entries if entry.depth])
+
+    @property
+    def has_depth(self) -> bool:
+        """Tell whether frames carry depth."""
+        return self.camera is not None
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def __getitem__(self, index: int) -> Frame:
+        entry = self.entries[index]
+        problems = [entry.problem] if entry.problem else []
+        rgb = self._attempt(lambda: self._read_rgb(entry.rgb), problems)
+        depth = None
+        if self.camera is not None:
+            depth = self._attempt(lambda: self._read_depth(entry.depth), problems)
+            if depth is None:
+                depth = np.full(self.size[::-1], np.nan, np.float32)
+        return Frame(
+            id=entry.id,
+            rgb=np.zeros((*self.size[::-1], 3), np.uint8) if rgb is None else rgb,
+            depth=depth,
+            camera=self.camera,
+            T_world_camera=entry.T_world_camera,
+            stamp_ns=entry.stamp_ns,
+            problem="; ".join(problems) or None,
+        )
+
+    def has_ground_truth(self, index: int) -> bool:
+        """Tell whether there is a ground-truth file for the frame."""
+        return self.entries[index].ground_truth is not None
+
+    def ground_truth(self, index: int) -> GroundTruth | None:
+        """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none.
+
+        Raises `DataError` where the file is damaged or not of the colour image's size.
+        """
+        path = self.entries[index].ground_truth
+        if path is None:
+            return None
+        try:
+            values = read_grey(path)
+        except UnreadableFile as fault:
+            raise DataError(path, str(fault), "replace or delete it") from None
+        width, height = self.size
+        if values.shape != (height, width):
+            found = f"is {values.shape[1]}x{values.shape[0]}"
+            raise DataError(path, found, f"make it {width}x{height} like the colour images")
+        return self.label_values.to_ground_truth(values)
+
+    def with_ground_truth(self, folder: Path) -> Self:
+        """Return the same recording with its ground truth read from `folder/<id>.png`."""
+        if not folder.is_dir():
+            raise DataError(folder, "is not a folder", "give a folder of <frame id>.png")
+        files = [folder / f"{id}.png" for id in self.ids]
+        if not any(file.is_file() for file in files):
+            raise DataError(
+                folder, "holds ground truth for no frame", f"name files such as {self.ids[0]}.png"
+            )
+        other = copy.copy(self)
+        other.label_values = GROUND_TRUTH_VALUES
+        other.entries = tuple(
+            replace(entry, ground_truth=file if file.is_file() else None)
+            for entry, file in zip(self.entries, files, strict=True)
+        )
+        return other
+
+    def read_depth(self, path: Path) -> Depth:
+        """Read depth registered to the colour image, (H, W) float32 metres; `UnreadableFile`."""
+        return read_depth(path, self.depth_scale)
+
+    def _read_rgb(self, path: Path) -> Rgb:
+        rgb = read_rgb(path)
+        if self.camera is not None:
+            check_frame_size(path, rgb.shape, self.size)
+        return rgb
+
+    def _read_depth(self, path: Path | None) -> Depth:
+        if path is None:
+            raise UnreadableFile("there is no depth image")
+        depth = self.read_depth(path)
+        check_frame_size(path, depth.shape, self.size)
+        return depth
+
+    @staticmethod
+    def _attempt(read: Callable[[], Image], problems: list[str]) -> Image | None:
+        try:
+            return read()
+        except UnreadableFile as fault:
+            problems.append(str(fault))
+            return None
+
+
+def image_size(path: Path, images: Sequence[Path]) -> tuple[int, int]:
+    """Return (width, height) of the first colour image that can be read; `DataError` if none."""
+    if not images:
+        raise DataError(path, "holds no colour images", "check that the recording is complete")
+    size = first_size(images, read_rgb)
+    if size is None:
+        found = f"none of the {len(images)} colour images can be read"
+        raise DataError(path, found, "copy the recording again")
+    return size
+
+
+def first_size(
+    paths: Iterable[Path], read: Callable[[Path], Rgb | Depth]
+) -> tuple[int, int] | None:
+    """Return (width, height) of the first image that can be read; None if none can."""
+    for path in paths:
+        try:
+            shape = read(path).shape
+        except UnreadableFile:
+            continue
+        return shape[1], shape[0]
+    return None
+
+
+def check_image_size(path: Path, camera: Camera, size: tuple[int, int]) -> None:
+    """Raise `DataError` where the intrinsics are for another size than the images have."""
+    if (camera.width, camera.height) != size:
+        raise DataError(
+            path,
+            f"its intrinsics are for {camera.width}x{camera.height} images, "
+            f"but the images are {size[0]}x{size[1]}",
+            "correct camera.json",
+        )
+
+
+def check_depth_bits(images: Iterable[Path]) -> None:
+    """Raise `DataError` where depth has 8 bits a pixel and no image has the 16 it needs."""
+    eight_bit = None
+    for path in images:
+        try:
+            read_depth(path, 1.0)
+        except EightBitDepth:
+            eight_bit = eight_bit or path
+        except UnreadableFile:
+            continue
+        else:
+            return
+    if eight_bit:
+        remedy = "export 16-bit PNG: distances cannot be recovered from 8 bits"
+        raise DataError(eight_bit, "is depth of 8 bits a pixel, like all of it here", remedy)
+
+
+def check_frame_size(path: Path, shape: Sequence[int], size: tuple[int, int]) -> None:
+    """Raise `UnreadableFile` where an image is not (width, height) as the others are."""
+    if (shape[1], shape[0]) != size:
+        raise UnreadableFile(
+            f"{path.name} is {shape[1]}x{shape[0]}, not {size[0]}x{size[1]} as the recording"
+        )

@@ -1,0 +1,160 @@
+"""Read camera poses: one 4x4 matrix a file, or a trajectory in the form of TUM RGB-D."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation, Slerp
+
+from curiosight.datasets.decoding import UnreadableFile
+from curiosight.errors import DataError
+from curiosight.frame import Pose
+
+# Fused trajectories are written with few digits: 7-Scenes' are off by 4e-4.
+RIGID_TOLERANCE = 1e-2
+MAX_GAP_NS = 500_000_000
+NS_PER_SECOND = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Poses over time, sorted by stamp.
+
+    stamps_ns: (N,) int64; positions: (N, 3) metres; quaternions: (N, 4) x, y, z, w. Rows with
+    NaN or a zero quaternion stay in: `valid` (N,) bool tells them.
+    """
+
+    stamps_ns: npt.NDArray[np.int64]
+    positions: npt.NDArray[np.float64]
+    quaternions: npt.NDArray[np.float64]
+
+    @property
+    def valid(self) -> npt.NDArray[np.bool_]:
+        """Tell which rows are poses: finite, with a quaternion of about unit length."""
+        finite = np.isfinite(self.positions).all(1) & np.isfinite(self.quaternions).all(1)
+        lengths = np.linalg.norm(self.quaternions, axis=1)
+        is_valid: npt.NDArray[np.bool_] = finite & (np.abs(lengths - 1) < 0.1)
+        return is_valid
+
+    def poses(self) -> list[Pose | None]:
+        """Return every row as a (4, 4) pose, None where the row is not valid."""
+        return [
+            _pose(position, Rotation.from_quat(quaternion)) if is_valid else None
+            for position, quaternion, is_valid in zip(
+                self.positions, self.quaternions, self.valid, strict=True
+            )
+        ]
+
+    def interpolated(
+        self, stamps_ns: Sequence[int], *, max_gap_ns: int = MAX_GAP_NS
+    ) -> list[Pose | None]:
+        """Return the pose at each stamp: position linear, rotation slerp between neighbours.
+
+        None outside the trajectory, and where the neighbours are more than `max_gap_ns` apart.
+        """
+        stamps, first = np.unique(self.stamps_ns[self.valid], return_index=True)
+        positions = self.positions[self.valid][first]
+        rotations = Rotation.from_quat(self.quaternions[self.valid][first]) if len(first) else None
+        wanted = np.asarray(stamps_ns, np.int64)
+        after = np.searchsorted(stamps, wanted)
+        poses: list[Pose | None] = []
+        for stamp, right in zip(wanted, after, strict=True):
+            if rotations is None or right == len(stamps):
+                poses.append(None)
+            elif stamps[right] == stamp:
+                poses.append(_pose(positions[right], rotations[right]))
+            elif right == 0 or stamps[right] - stamps[right - 1] > max_gap_ns:
+                poses.append(None)
+            else:
+                left = right - 1
+                share = float(stamp - stamps[left]) / float(stamps[right] - stamps[left])
+                position = (1 - share) * positions[left] + share * positions[right]
+                rotation = Slerp([0.0, 1.0], rotations[left : right + 1])(share)
+                poses.append(_pose(position, rotation))
+        return poses
+
+
+def is_rigid(pose: npt.NDArray[np.float64]) -> bool:
+    """Tell whether a matrix is a finite (4, 4) rotation and translation."""
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        return False
+    rotation = pose[:3, :3]
+    is_orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < RIGID_TOLERANCE
+    is_affine = np.abs(pose[3] - [0, 0, 0, 1]).max() < RIGID_TOLERANCE
+    return bool(is_orthonormal and is_affine and np.linalg.det(rotation) > 0)
+
+
+def read_pose(path: Path) -> Pose:
+    """Read a 4x4 matrix; raise `UnreadableFile` where it is no rigid pose."""
+    try:
+        numbers = [float(word) for word in path.read_text(encoding="utf-8").split()]
+    except FileNotFoundError:
+        raise UnreadableFile(f"{path.name} is missing") from None
+    except (OSError, ValueError):
+        raise UnreadableFile(f"{path.name} does not hold numbers") from None
+    if len(numbers) != 16:
+        raise UnreadableFile(f"{path.name} holds {len(numbers)} numbers, not the 16 of a pose")
+    pose = np.array(numbers).reshape(4, 4)
+    if not np.isfinite(pose).all():
+        raise UnreadableFile(f"{path.name} holds NaN or infinite numbers")
+    if not is_rigid(pose):
+        raise UnreadableFile(f"{path.name} is not a rigid pose")
+    return pose
+
+
+def parse_stamp(text: str) -> int:
+    """Turn seconds into nanoseconds exactly, as floats cannot; ValueError if not a number.
+
+    >>> parse_stamp("1305031229.528748")
+    1305031229528748000
+    """
+    match = re.fullmatch(r"(\d+)(?:\.(\d*))?", text)
+    if match is None:
+        raise ValueError(f"text: expected seconds such as 1305031229.528748, got {text!r}")
+    return int(match[1]) * NS_PER_SECOND + int((match[2] or "")[:9].ljust(9, "0"))
+
+
+def table_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Yield line numbers and words of a text table, without comments and blank lines."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(path, f"cannot be read as text ({error})", "replace the file") from None
+    for number, line in enumerate(lines, start=1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if words:
+            yield number, words
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """Read lines of `stamp tx ty tz qx qy qz qw`, sorted by stamp; `DataError` if malformed."""
+    rows: list[tuple[int, list[float]]] = []
+    for number, words in table_rows(path):
+        try:
+            if len(words) != 8:
+                raise ValueError(f"words: expected 8, got {len(words)}")
+            rows.append((parse_stamp(words[0]), [float(word) for word in words[1:]]))
+        except ValueError:
+            raise DataError(
+                path,
+                f'line {number} is "{" ".join(words)[:60]}"',
+                "expected: stamp tx ty tz qx qy qz qw",
+            ) from None
+    if not rows:
+        raise DataError(path, "holds no poses", "fill it or delete it")
+    rows.sort(key=lambda row: row[0])
+    numbers = np.array([row[1] for row in rows], np.float64)
+    stamps_ns = np.array([row[0] for row in rows], np.int64)
+    return Trajectory(stamps_ns, numbers[:, :3], numbers[:, 3:])
+
+
+def _pose(position: npt.NDArray[np.float64], rotation: Rotation) -> Pose:
+    pose = np.eye(4)
+    pose[:3, :3] = rotation.as_matrix()
+    pose[:3, 3] = position
+    return pose

@@ -1,0 +1,111 @@
+"""Read recordings of the TUM RGB-D benchmark: rgb.txt, depth.txt, groundtruth.txt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from curiosight.datasets.camera_file import CameraFile, read_camera_file, scaled_camera
+from curiosight.datasets.listing import find_ground_truth, frame_id
+from curiosight.datasets.recording import Entry, Recording, image_size
+from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
+from curiosight.errors import DataError
+from curiosight.frame import Camera, Pose
+
+# The benchmark's default intrinsics. The window is where registered depth of its Kinect exists
+# at all distances, from the share of readings a column and row over 121 frames of fr1/rpy.
+CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
+DEPTH_SCALE = 1 / 5000
+MAX_OFFSET_NS = 20_000_000
+
+
+class TumRgbd(Recording):
+    """A sequence of the TUM RGB-D benchmark, or one recorded in its form."""
+
+    name = "TUM RGB-D"
+
+    @classmethod
+    def recognises(cls, path: Path) -> bool:
+        """Tell whether the folder holds `rgb.txt` and `depth.txt`."""
+        return (path / "rgb.txt").is_file() and (path / "depth.txt").is_file()
+
+    def __init__(self, path: Path) -> None:
+        colour, depth = _read_list(path / "rgb.txt"), _read_list(path / "depth.txt")
+        pairs = _associate(colour, depth)
+        if not pairs:
+            raise DataError(
+                path,
+                "no colour image has a depth image within 20 ms",
+                "check the stamps in rgb.txt and depth.txt",
+            )
+        remarks = []
+        if len(pairs) < len(colour):
+            n_left_out = len(colour) - len(pairs)
+            remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
+        entries = _entries(path, pairs, remarks)
+        calibration = read_camera_file(path)
+        if calibration is None:
+            remarks.append("no camera.json: the benchmark's default intrinsics are used")
+            size = image_size(path, [entry.rgb for entry in entries])
+            calibration = CameraFile(scaled_camera(CAMERA, size), DEPTH_SCALE)
+        super().__init__(
+            path,
+            entries,
+            calibration.camera,
+            depth_scale=calibration.depth_scale,
+            remarks=remarks,
+        )
+
+
+def _read_list(path: Path) -> list[tuple[int, Path]]:
+    """Read lines of `stamp file`, sorted by stamp in nanoseconds."""
+    images = []
+    for number, words in table_rows(path):
+        try:
+            stamp, name = words
+            images.append((parse_stamp(stamp), path.parent / name))
+        except ValueError:
+            raise DataError(
+                path,
+                f'line {number} is "{" ".join(words)[:60]}"',
+                "expected: stamp in seconds, file name",
+            ) from None
+    if not images:
+        raise DataError(path, "lists no images", "check that the recording is complete")
+    return sorted(images)
+
+
+def _associate(
+    colour: list[tuple[int, Path]], depth: list[tuple[int, Path]]
+) -> list[tuple[int, Path, Path]]:
+    """Pair every colour image with the depth image nearest in time, within 20 ms."""
+    depth_stamps = np.array([stamp for stamp, _ in depth], np.int64)
+    pairs = []
+    for stamp, rgb in colour:
+        nearest = int(np.abs(depth_stamps - stamp).argmin())
+        if abs(depth_stamps[nearest] - stamp) <= MAX_OFFSET_NS:
+            pairs.append((stamp, rgb, depth[nearest][1]))
+    return pairs
+
+
+def _entries(path: Path, pairs: list[tuple[int, Path, Path]], remarks: list[str]) -> list[Entry]:
+    poses: list[Pose | None] = [None] * len(pairs)
+    if (path / "groundtruth.txt").is_file():
+        trajectory = read_trajectory(path / "groundtruth.txt")
+        poses = trajectory.interpolated([stamp for stamp, _, _ in pairs])
+        n_bad = int((~trajectory.valid).sum())
+        if n_bad:
+            remarks.append(f"{n_bad} lines of groundtruth.txt hold no valid pose: left out")
+    ground_truth = find_ground_truth(path)
+    return [
+        Entry(
+            id=frame_id(rgb),
+            rgb=rgb,
+            depth=depth,
+            T_world_camera=pose,
+            stamp_ns=stamp,
+            ground_truth=ground_truth.get(frame_id(rgb)),
+        )
+        for (stamp, rgb, depth), pose in zip(pairs, poses, strict=True)
+    ]

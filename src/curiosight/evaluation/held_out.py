@@ -1,0 +1,68 @@
+"""The overall error on frames that are kept out of learning (sec. III-A)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Rgb
+from curiosight.learner import Labels, SaliencyLearner, fit_labels
+
+# Where every pixel has a row of its own, one in GRID² of them is tested, as its authors do.
+GRID = 4
+
+
+class HeldOut:
+    """A fixed set of labelled images, described once, scored after every step.
+
+    Votes are kept per tree, so that only the trees that changed are asked again.
+
+    frames: pairs of an (H, W, 3) RGB image and its (H, W) labels: 255 salient, 0 not salient,
+        anything else ignored. Frames without a salient pixel have no F1 and are left out.
+    """
+
+    def __init__(
+        self, learner: SaliencyLearner, frames: Iterable[tuple[Rgb, Labels]]
+    ) -> None:
+        rows, salient, other, starts = [], [], [], [0]
+        for rgb, labels in frames:
+            description = learner.describe(rgb)
+            counted = fit_labels(labels, description)
+            if learner.rows_per == "pixel":
+                coarse = np.full_like(counted, 125)
+                coarse[::GRID, ::GRID] = counted[::GRID, ::GRID]
+                counted = coarse
+            n_salient, n_other = description.count(counted)
+            if not n_salient.any():
+                continue
+            used = n_salient + n_other > 0
+            rows.append(description.rows[used])
+            salient.append(n_salient[used])
+            other.append(n_other[used])
+            starts.append(starts[-1] + int(used.sum()))
+        self.n_frames = len(rows)
+        self._starts = np.array(starts[:-1], np.int64)
+        self._rows = np.concatenate(rows) if rows else np.empty((0, 0), np.uint8)
+        self._salient = np.concatenate(salient) if rows else np.empty(0, np.int64)
+        self._other = np.concatenate(other) if rows else np.empty(0, np.int64)
+        self._forest = learner.forest
+        self._votes: npt.NDArray[np.float32] | None = None
+
+    def overall_error(self, regrown: Sequence[int] | None = None) -> float | None:
+        """Return the mean over the frames of 1 - F1 (eq. 1); None without any frame.
+
+        regrown: the trees that changed since the last call; None = all of them.
+        """
+        if self.n_frames == 0:
+            return None
+        if self._votes is None or regrown is None:
+            self._votes = self._forest.votes(self._rows)
+        elif regrown:
+            self._votes[:, list(regrown)] = self._forest.votes(self._rows, regrown)
+        predicted = self._votes.mean(axis=1) > 0.5
+        hits = np.add.reduceat(self._salient * predicted, self._starts)
+        false_alarms = np.add.reduceat(self._other * predicted, self._starts)
+        salient = np.add.reduceat(self._salient, self._starts)
+        return float(np.mean(1 - 2 * hits / (hits + false_alarms + salient)))

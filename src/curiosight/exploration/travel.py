@@ -1,0 +1,36 @@
+"""How far the camera moves between viewpoints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curiosight.frame import Pose
+
+
+def travel(T_world_a: Pose, T_world_b: Pose) -> tuple[float, float]:
+    """Return the straight distance (metres) and the turn (degrees) between two cameras."""
+    metres = float(np.linalg.norm(T_world_b[:3, 3] - T_world_a[:3, 3]))
+    R_a_b = T_world_a[:3, :3].T @ T_world_b[:3, :3]
+    axis = (R_a_b[2, 1] - R_a_b[1, 2], R_a_b[0, 2] - R_a_b[2, 0], R_a_b[1, 0] - R_a_b[0, 1])
+    # atan2 of sine and cosine: arccos alone is blind to turns below 1e-6 degrees.
+    turn = np.arctan2(np.linalg.norm(axis), np.trace(R_a_b) - 1)
+    return metres, float(np.degrees(turn))
+
+
+class Odometer:
+    """Sum the travel from viewpoint to viewpoint; those without a pose are passed over."""
+
+    def __init__(self) -> None:
+        self.metres = 0.0
+        self.degrees = 0.0
+        self._T_world_last: Pose | None = None
+
+    def add(self, T_world_camera: Pose | None) -> None:
+        """Move to the next viewpoint."""
+        if T_world_camera is None:
+            return
+        if self._T_world_last is not None:
+            metres, degrees = travel(self._T_world_last, T_world_camera)
+            self.metres += metres
+            self.degrees += degrees
+        self._T_world_last = T_world_camera

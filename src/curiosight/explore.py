@@ -1,0 +1,32 @@
+"""The method is one loop: choose a viewpoint, look, predict, compare, learn (sec. II-B)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from curiosight.exploration import Strategy
+from curiosight.frame import Viewpoint
+from curiosight.learner import Observation, SaliencyLearner
+from curiosight.worlds import World
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One turn of the loop."""
+
+    index: int
+    viewpoint: Viewpoint
+    observation: Observation
+    learning_progress: float | None
+
+
+def explore(
+    world: World, learner: SaliencyLearner, strategy: Strategy, n_steps: int
+) -> Iterator[Step]:
+    """Yield one Step per frame; the learner has learned from it when it is yielded."""
+    for index in range(n_steps):
+        viewpoint = strategy.choose()
+        observation = learner.observe(world.capture(viewpoint), group=viewpoint.region)
+        strategy.update(viewpoint, observation.error)
+        yield Step(index, viewpoint, observation, strategy.progress_of(viewpoint.region))

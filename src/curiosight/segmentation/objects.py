@@ -1,0 +1,150 @@
+"""Clusters on the supports, and whether each is an object (sec. II-A.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.segmentation.clusters import euclidean_clusters
+from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
+from curiosight.segmentation.points import Points
+from curiosight.segmentation.supports import Support
+
+Array = npt.NDArray[Any]
+
+
+class Verdict(Enum):
+    """Why a cluster is, or is not, an object. Everything but OBJECT is labelled unknown."""
+
+    OBJECT = "object"
+    CUT = "touches the image border"
+    FAR = "reaches beyond the range"
+    SMALL = "too small"
+    LARGE = "too large"
+    FLAT = "hardly rises over its support"
+    FLOATING = "stands on nothing"
+    WALL_PART = "lies on a wall"
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A group of points on a support.
+
+    box: (u_min, v_min, u_max, v_max) in pixels of the full image, ends exclusive.
+    n_pixels: in the full image.
+    size: metres, (width, length, height); the height is over the support.
+    distance: median metres along z.
+    support_height: of its support over the lowest one, metres.
+    """
+
+    verdict: Verdict
+    box: tuple[int, int, int, int]
+    n_pixels: int
+    size: tuple[float, float, float]
+    distance: float
+    support_height: float
+
+
+def find_clusters(
+    points: Points, free: Mask, support: Support, walls: list[Plane], border: Mask, lowest: Support
+) -> tuple[Array, list[Cluster]]:
+    """Group the `free` points over a support.
+
+    Return the (h, w) int32 number of each point's cluster, 0 = none, and the clusters in the
+    order of their numbers.
+    """
+    settings = support.settings
+    where = np.flatnonzero(free)
+    found = euclidean_clusters(
+        points.xyz.reshape(-1, 3)[where], leaf=settings.leaf, tolerance=settings.tolerance
+    )
+    min_points = settings.min_cluster_px / points.stride**2
+    heights = support.heights(points)
+    number = np.zeros(free.shape, np.int32)
+    clusters = []
+    for label in np.flatnonzero(np.bincount(found) >= min_points):
+        members = where[found == label]
+        cluster = _describe(points, members, heights, support, lowest)
+        verdict = _judge(points, members, heights, cluster, support, walls, border)
+        clusters.append(Cluster(verdict, *cluster))
+        number.ravel()[members] = len(clusters)
+    return number, clusters
+
+
+_Description = tuple[
+    tuple[int, int, int, int], int, tuple[float, float, float], float, float
+]
+
+
+def _describe(
+    points: Points, members: Array, heights: Array, support: Support, lowest: Support
+) -> _Description:
+    """Measure a cluster: the fields of `Cluster` after the verdict."""
+    xyz = points.xyz.reshape(-1, 3)[members]
+    v, u = np.unravel_index(members, heights.shape)
+    s = points.stride
+    box = (int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s)
+    right, forward = horizontal_axes(support.plane.normal)
+    width, length = (float(np.ptp(np.percentile(xyz @ a, (1, 99)))) for a in (right, forward))
+    low, high = np.percentile(heights.ravel()[members], (1, 99))
+    size = (width, length, float(high - max(0.0, low)))
+    rise = max(0.0, lowest.plane.offset - support.plane.offset)
+    return box, len(members) * s * s, size, float(np.median(xyz[:, 2])), float(rise)
+
+
+def _judge(
+    points: Points,
+    members: Array,
+    heights: Array,
+    description: _Description,
+    support: Support,
+    walls: list[Plane],
+    border: Mask,
+) -> Verdict:
+    """Apply the paper's tests; the first that fails names the verdict."""
+    settings = support.settings
+    *_, size, distance, _ = description
+    xyz = points.xyz.reshape(-1, 3)[members]
+    noise = settings.noise * distance**2
+    diagonal = float(np.linalg.norm(size))
+    if border.ravel()[members].any():
+        return Verdict.CUT
+    if diagonal < settings.min_size:
+        return Verdict.SMALL
+    if diagonal > settings.max_size:
+        return Verdict.LARGE
+    if np.count_nonzero(xyz[:, 2] > settings.max_range - 0.05) > 5:
+        return Verdict.FAR
+    if any(np.median(np.abs(w.distance(xyz))) < settings.wall_gap for w in walls):
+        return Verdict.WALL_PART
+    over = heights.ravel()[members]
+    if np.percentile(over, 90) < 2 * (settings.slab + noise):
+        return Verdict.FLAT
+    foot = settings.slab + 0.06 + 3 * noise
+    if np.percentile(over, 2) > foot and _hidden_share(points.depth, members) < 0.4:
+        return Verdict.FLOATING
+    return Verdict.OBJECT
+
+
+def _hidden_share(depth: Array, members: Array, *, step: float = 0.05) -> float:
+    """Return the share of a cluster's columns whose foot something hides.
+
+    Just below the lowest point of such a column comes a surface nearer by `step` metres, or
+    no reading at all: what the cluster stands on cannot be seen there.
+    """
+    height = depth.shape[0]
+    v, u = np.unravel_index(members, depth.shape)
+    lowest = np.full(depth.shape[1], -1, np.int64)
+    np.maximum.at(lowest, u, v)
+    columns = np.flatnonzero(lowest >= 0)
+    foot = lowest[columns]
+    here = depth[foot, columns]
+    hidden = np.zeros(len(columns), np.bool_)
+    for below in (3, 6):
+        there = depth[np.minimum(foot + below, height - 1), columns]
+        hidden |= np.isnan(there) | (there < here - step)
+    return float(hidden.mean())

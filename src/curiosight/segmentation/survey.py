@@ -1,0 +1,138 @@
+"""What the frames of a recording tell together: which way is up, and where the floor is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Frame, Pose
+from curiosight.segmentation.planes import Plane, find_supports, noise_band
+from curiosight.segmentation.points import Points, observe_points
+from curiosight.segmentation.settings import FLOOR
+from curiosight.segmentation.supports import Scene
+from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
+
+Array = npt.NDArray[Any]
+SCENES = ("auto", "floor", "table")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """What holds for a whole recording.
+
+    scene: what the lowest support in view is; its objects and gaps are larger on a floor.
+    up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
+    floor_height: metres along `up_world`; None = not known.
+    """
+
+    scene: Scene = "floor"
+    up_world: Array | None = None
+    floor_height: float | None = None
+
+    def camera_height(self, T_world_camera: Pose | None) -> float | None:
+        """Return the camera's height over the floor in metres; None where it is not known."""
+        if T_world_camera is None or self.up_world is None or self.floor_height is None:
+            return None
+        return float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height
+
+
+def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
+    """Look at some frames of a recording and find what they share.
+
+    scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
+        beyond it. With poses the floor's height is found too, so that it stays known where
+        tables hide it.
+    """
+    if scene not in SCENES:
+        raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
+    observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _has_depth(frame)]
+    posed = [(points, pose) for points, pose in observed if pose is not None]
+    up = world_up(posed) if len(posed) >= 3 else None
+    if up is not None:
+        up, heights, areas = _world_supports(posed, up)
+        floor = _lowest_peak(heights, areas)
+        spread = heights.max() - floor if floor is not None else 0.0
+        if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
+            return Survey("floor", up, floor)
+    if scene == "auto":
+        scene = _scene_of(observed, up)
+    return Survey("table" if scene == "table" else "floor", up)
+
+
+def _has_depth(frame: Frame) -> bool:
+    return frame.depth is not None and bool(np.isfinite(frame.depth).any())
+
+
+def _observe(frame: Frame) -> Points:
+    assert frame.depth is not None and frame.camera is not None
+    return observe_points(frame.depth, frame.camera)
+
+
+def _supports(points: Points, up: Array) -> list[Plane]:
+    band = noise_band(points, 0.008, FLOOR.noise)
+    return find_supports(points, up, band=band, max_range=FLOOR.max_range)
+
+
+def _world_supports(posed: list[tuple[Points, Pose]], up: Array) -> tuple[Array, Array, Array]:
+    """Refine the world's up by the supports' own normals, twice.
+
+    Return it with the height and the visible area of every support of every frame.
+    """
+    heights: list[float] = []
+    areas: list[float] = []
+    for _ in range(3):
+        heights, areas, normals = [], [], []
+        for points, T_world_camera in posed:
+            rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
+            for plane in _supports(points, rotation.T @ up):
+                heights.append(float(up @ centre) - plane.offset)
+                areas.append(float(points.area[plane.inliers].sum()))
+                normals.append(rotation @ plane.normal)
+        if not normals:
+            break
+        mean = np.average(normals, axis=0, weights=areas)
+        up = mean / np.linalg.norm(mean)
+    return up, np.array(heights), np.array(areas)
+
+
+def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float | None:
+    """Return the lowest height at which the frames together show a fair area; None = none."""
+    if len(heights) < 2:
+        return None
+    low = float(heights.min())
+    histogram = np.bincount(((heights - low) / step).astype(np.int64), areas)
+    smooth = np.convolve(histogram, np.ones(3), "same")
+    first = int(np.flatnonzero(smooth > 0.04 * areas.sum())[0])
+    near = np.abs(heights - (low + (first + 0.5) * step)) < 1.6 * step
+    if np.count_nonzero(near) < 2:
+        return None
+    return float(np.average(heights[near], weights=areas[near]))
+
+
+def _scene_of(observed: list[tuple[Points, Pose | None]], up_world: Array | None) -> Scene:
+    """Return what the lowest support is in most frames."""
+    votes = []
+    for points, pose in observed:
+        if pose is not None and up_world is not None:
+            up = pose[:3, :3].T @ up_world
+        else:
+            keep = points.area > 0
+            up = up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
+        planes = _supports(points, up) if up is not None else []
+        if planes:
+            votes.append(_looks_like_table(points, max(planes, key=lambda plane: plane.offset)))
+    return "table" if votes and np.mean(votes) > 0.5 else "floor"
+
+
+def _looks_like_table(points: Points, lowest: Plane) -> bool:
+    """Tell a table by what lies below its plane, or by ending near with nothing beyond."""
+    seen = np.isfinite(points.depth)
+    depth = points.depth[seen]
+    is_below = lowest.distance(points.xyz[seen]) < -0.10 - 0.02 * depth**2
+    reach = np.percentile(points.depth[lowest.inliers], 95)
+    ends_near = reach < 2.0 and np.percentile(depth, 95) < 1.15 * reach
+    return bool(is_below.mean() > 0.03 or ends_near)

@@ -1,0 +1,82 @@
+"""Which way is up: from one frame, or once for a whole recording with poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Pose
+from curiosight.segmentation.points import Points
+
+Array = npt.NDArray[Any]
+
+# A camera that looks 25° down sees "up" here; tilts of -20° to 70° are within 45° of it.
+CAMERA_UP_PRIOR = np.array([0.0, -np.cos(np.radians(25)), -np.sin(np.radians(25))])
+
+
+def up_from_normals(
+    normals: Array, area: Array, *, prior: Array, max_angle: float = np.radians(45)
+) -> Array | None:
+    """Return the unit vector within `max_angle` of `prior` that most surface faces.
+
+    normals: (n, 3) unit vectors; area: (n,) their weights. None when hardly any surface lies
+    in that cone: then nothing horizontal is in view.
+    """
+    weights = np.where(np.isfinite(normals[:, 0]), area, 0).astype(np.float64)
+    total = weights.sum()
+    inside = (normals @ prior.astype(normals.dtype) > np.cos(max_angle)) & (weights > 0)
+    if total == 0 or weights[inside].sum() < 0.02 * total:
+        return None
+    normals, weights = normals[inside].astype(np.float64), weights[inside]
+    up = _densest(normals, weights, prior)
+    for width in np.radians((12, 8, 5)):
+        near = normals @ up > np.cos(width)
+        mean = weights[near] @ normals[near]
+        up = mean / np.linalg.norm(mean)
+    return up
+
+
+def _densest(normals: Array, weights: Array, prior: Array, step: float = 0.07) -> Array:
+    """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
+    side = np.cross(prior, [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    other = np.cross(prior, side)
+    a, b = normals @ side, normals @ other
+    rows, columns = (np.floor(x / step).astype(np.int64) + 16 for x in (a, b))
+    votes = np.bincount(rows * 33 + columns, weights, minlength=33 * 33).reshape(33, 33)
+    smooth = votes.copy()
+    smooth[1:] += votes[:-1]
+    smooth[:-1] += votes[1:]
+    smooth[:, 1:] += votes[:, :-1]
+    smooth[:, :-1] += votes[:, 1:]
+    row, column = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
+    a, b = (row - 15.5) * step, (column - 15.5) * step
+    c = np.sqrt(max(0.0, 1 - a * a - b * b))
+    up = a * side + b * other + c * prior
+    return up / np.linalg.norm(up)
+
+
+def world_up(observed: Iterable[tuple[Points, Pose]]) -> Array | None:
+    """Return the up direction (3,) in the world's frame that the surfaces of posed frames share.
+
+    The mean of the cameras' own up axes is the prior; in it, tables and floors of all frames
+    add up, whereas what is slanted differs from frame to frame. None without any frame.
+    """
+    normals, areas, ups = [], [], []
+    for points, T_world_camera in observed:
+        keep = points.area > 0
+        rotation = T_world_camera[:3, :3]
+        normals.append(points.normals[keep] @ rotation.T)
+        areas.append(points.area[keep])
+        ups.append(rotation @ CAMERA_UP_PRIOR)
+    if not ups:
+        return None
+    mean = np.mean(ups, axis=0)
+    if np.linalg.norm(mean) < 0.3:
+        return None
+    return up_from_normals(
+        np.concatenate(normals), np.concatenate(areas), prior=mean / np.linalg.norm(mean)
+    )

@@ -1,0 +1,74 @@
+"""Look at a recording: each of its frames is a viewpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.datasets.prefetch import Prefetch
+from curiosight.datasets.recording import Dataset
+from curiosight.frame import Frame, Viewpoint
+
+
+class ReplayWorld:
+    """Replay the frames of a recording in any order; a viewpoint's index is the frame's.
+
+    regions: (len(dataset),) region of each frame, -1 = none; such as `Regions.of_view`.
+    indices: the frames within reach, those kept for training, say; None = all.
+    memory_mb: for decoded frames.
+    upcoming: may be set to a strategy's `upcoming`, so that frames are decoded ahead of use.
+
+    Use as a context manager or call `close`.
+    """
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        regions: npt.NDArray[np.integer[Any]],
+        *,
+        indices: Sequence[int] | None = None,
+        memory_mb: float = 256,
+    ) -> None:
+        if len(regions) != len(dataset):
+            raise ValueError(
+                f"regions: expected one for each of {len(dataset)} frames, got {len(regions)}"
+            )
+        within_reach = range(len(dataset)) if indices is None else indices
+        if not all(0 <= index < len(dataset) for index in within_reach):
+            raise ValueError(f"indices: expected frames from 0 to {len(dataset) - 1}")
+        self._views = tuple(
+            Viewpoint(int(index), int(regions[index]), dataset.poses[index])
+            for index in within_reach
+        )
+        self._prefetch = Prefetch(dataset, memory_mb=memory_mb)
+        self.upcoming: Callable[[], Sequence[Viewpoint]] | None = None
+
+    @property
+    def views(self) -> Sequence[Viewpoint]:
+        return self._views
+
+    def capture(self, viewpoint: Viewpoint) -> Frame:
+        """Return the viewpoint's frame, and have the upcoming ones decoded meanwhile."""
+        frame = self._prefetch[viewpoint.index]
+        if self.upcoming is not None:
+            self._prefetch.expect([upcoming.index for upcoming in self.upcoming()])
+        return frame
+
+    def close(self) -> None:
+        """Stop decoding ahead and free the memory."""
+        self._prefetch.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

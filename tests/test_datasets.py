@@ -1,0 +1,280 @@
+"""Recordings in every layout: written small, read back, compared with what was written."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from curiosight.datasets import Video, check_dataset, open_dataset
+from curiosight.datasets.listing import natural_key
+from curiosight.datasets.trajectory import Trajectory, parse_stamp
+from recordings import (
+    FIRST_STAMP,
+    annotation,
+    write_camera_file,
+    write_depth,
+    write_folder,
+    write_image,
+    write_osd,
+    write_seven_scenes,
+    write_tum,
+)
+from room import kinect, poses_around, render
+
+WRITERS = {
+    "7-Scenes": write_seven_scenes,
+    "TUM RGB-D": write_tum,
+    "OSD / OCID": write_osd,
+    "plain folder": write_folder,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_layout_is_guessed_and_keeps_the_contract(name: str, tmp_path: Path) -> None:
+    WRITERS[name](tmp_path)
+    dataset = open_dataset(tmp_path)
+    assert dataset.name == name
+    assert len(dataset) == 3
+    assert dataset.has_depth
+    check_dataset(dataset)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_colour_and_depth_come_back(name: str, tmp_path: Path) -> None:
+    views = WRITERS[name](tmp_path)
+    frame = open_dataset(tmp_path)[1]
+    assert frame.problem is None
+    np.testing.assert_array_equal(frame.rgb, views[1].rgb)
+    assert frame.depth is not None
+    error = np.abs(frame.depth - views[1].depth)
+    assert np.nanmedian(error) < 0.01
+    # Registered depth lacks a border, and its outlines are a pixel uncertain.
+    assert np.isfinite(error).mean() > 0.75
+    assert np.nanmean(error > 0.1) < 0.02
+
+
+@pytest.mark.parametrize("name", ["7-Scenes", "TUM RGB-D", "plain folder"])
+def test_poses_are_the_colour_cameras(name: str, tmp_path: Path) -> None:
+    WRITERS[name](tmp_path)
+    dataset = open_dataset(tmp_path)
+    for pose, expected in zip(dataset.poses, poses_around(3), strict=True):
+        assert pose is not None
+        np.testing.assert_allclose(pose, expected, atol=1e-6)
+
+
+def test_seven_scenes_ground_truth_ids_and_window(tmp_path: Path) -> None:
+    views = write_seven_scenes(tmp_path)
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("frame-000000", "frame-000001", "frame-000002")
+    assert [dataset.has_ground_truth(index) for index in range(3)] == [True, False, True]
+    np.testing.assert_array_equal(dataset.ground_truth(2), views[2].ground_truth)
+    assert dataset.ground_truth(1) is None
+    assert dataset.camera is not None
+    assert dataset.camera.depth_window is not None
+    u_min, v_min, u_max, v_max = dataset.camera.depth_window
+    assert 0 < u_min < 10
+    assert 140 < u_max < 150
+    assert (v_min, v_max) == (6, 113)
+
+
+@pytest.mark.parametrize("way", ["seq-01", "."])
+def test_opening_one_sequence_finds_ground_truth_beside_it(
+    way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_seven_scenes(tmp_path)
+    monkeypatch.chdir(tmp_path if way != "." else tmp_path / "seq-01")
+    dataset = open_dataset(way)
+    assert dataset.ids[0] == "frame-000000"
+    assert dataset.has_ground_truth(0)
+
+
+def test_several_sequences_prefix_their_ids(tmp_path: Path) -> None:
+    views = write_seven_scenes(tmp_path, n_frames=2, sequence="seq-02")
+    write_seven_scenes(tmp_path, n_frames=1, sequence="seq-10", ending="jpg")
+    write_image(tmp_path / "ground_truth/seq-02/frame-000001.png", views[1].ground_truth)
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("seq-02/frame-000000", "seq-02/frame-000001", "seq-10/frame-000000")
+    assert [dataset.has_ground_truth(index) for index in range(3)] == [False, True, False]
+    check_dataset(dataset)
+    # A bare id in ground_truth/ would be ambiguous, so it belongs to no sequence.
+    assert not open_dataset(tmp_path / "seq-10").has_ground_truth(0)
+
+
+def test_camera_file_beside_a_recording_wins(tmp_path: Path) -> None:
+    write_seven_scenes(tmp_path)
+    write_camera_file(tmp_path, kinect(), fx=140.0, depth_window=[8, 8, 150, 110])
+    camera = open_dataset(tmp_path).camera
+    assert camera is not None
+    assert camera.fx == 140.0
+    assert camera.depth_window == (8, 8, 150, 110)
+
+
+def test_tum_pairs_within_20_ms_and_keeps_exact_stamps(tmp_path: Path) -> None:
+    write_tum(tmp_path, n_frames=3)
+    depth_list = (tmp_path / "depth.txt").read_text().splitlines()
+    late = f"{FIRST_STAMP + 0.225:.6f} {depth_list[2].split()[1]}"
+    (tmp_path / "depth.txt").write_text("\n".join([depth_list[1], late, depth_list[3]]))
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("1305031229.500000", "1305031229.900000")
+    assert dataset[0].stamp_ns == 1305031229_500000000
+    assert any("1 colour images have no depth" in remark for remark in dataset.remarks)
+    assert any("default intrinsics" in remark for remark in dataset.remarks)
+
+
+def test_tum_without_poses(tmp_path: Path) -> None:
+    write_tum(tmp_path, with_poses=False)
+    assert open_dataset(tmp_path).poses == (None, None, None)
+
+
+def test_poses_are_interpolated_only_between_near_neighbours() -> None:
+    half = np.sqrt(0.5)
+    trajectory = Trajectory(
+        stamps_ns=np.array([0, 400, 1100]) * 1_000_000,
+        positions=np.array([[0, 0, 0], [4, 0, 0], [11, 0, 0.0]]),
+        quaternions=np.array([[0, 0, 0, 1], [0, 0, half, half], [0, 0, 0, 1]]),
+    )
+    queries = [-1, 0, 200_000_000, 700_000_000, 1_100_000_000, 1_100_000_001]
+    before, first, middle, gap, last, after = trajectory.interpolated(queries)
+    assert before is None
+    assert gap is None
+    assert after is None
+    assert first is not None
+    assert last is not None
+    assert middle is not None
+    np.testing.assert_allclose(last[:3, 3], [11, 0, 0])
+    np.testing.assert_allclose(middle[:3, 3], [2, 0, 0])
+    np.testing.assert_allclose(middle[:2, :2], [[half, -half], [half, half]], atol=1e-12)
+
+
+@given(st.integers(0, 10**10), st.integers(0, 999_999_999))
+def test_stamps_are_parsed_without_loss(seconds: int, nanoseconds: int) -> None:
+    assert parse_stamp(f"{seconds}.{nanoseconds:09d}") == seconds * 10**9 + nanoseconds
+
+
+def test_osd_labels_by_camera_file(tmp_path: Path) -> None:
+    views = write_osd(tmp_path)
+    truth = open_dataset(tmp_path).ground_truth(0)
+    expected = np.where(annotation(views[0]) == 0, 125, views[0].ground_truth)
+    np.testing.assert_array_equal(truth, expected)
+
+
+def test_original_osd_has_objects_from_1_and_no_intrinsics(tmp_path: Path) -> None:
+    views = write_osd(tmp_path, with_camera=False)
+    dataset = open_dataset(tmp_path)
+    expected = np.where(annotation(views[0]) == 0, 0, 255)
+    np.testing.assert_array_equal(dataset.ground_truth(0), expected)
+    assert dataset.camera is not None
+    assert dataset.camera.fx == 525 / 4
+    assert any("Kinect are assumed" in remark for remark in dataset.remarks)
+
+
+def test_ground_truth_folder_wins_over_annotation(tmp_path: Path) -> None:
+    views = write_osd(tmp_path)
+    write_image(tmp_path / "ground_truth/learn1.png", 255 - views[1].ground_truth)
+    dataset = open_dataset(tmp_path)
+    np.testing.assert_array_equal(dataset.ground_truth(1), 255 - views[1].ground_truth)
+    assert not dataset.has_ground_truth(0)
+
+
+def test_ocid_is_found_below_its_root(tmp_path: Path) -> None:
+    for name in ("seq01", "seq02"):
+        sequence = tmp_path / "floor/left/box" / name
+        write_folder(sequence, n_frames=1, with_poses=False, with_ground_truth=False)
+        (sequence / "camera.json").unlink()
+        write_image(sequence / "label/000000.png", np.ones((120, 160), np.uint16))
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("floor/left/box/seq01/000000", "floor/left/box/seq02/000000")
+    assert dataset.has_ground_truth(1)
+    check_dataset(dataset)
+
+
+def test_folder_matches_poses_by_stamps_in_names(tmp_path: Path) -> None:
+    write_folder(tmp_path, n_frames=3)
+    lines = (tmp_path / "poses.txt").read_text().splitlines()
+    words = lines[2].split()
+    (tmp_path / "poses.txt").write_text(" ".join(["1.0", *words[1:]]))
+    dataset = open_dataset(tmp_path)
+    assert [pose is not None for pose in dataset.poses] == [False, True, False]
+    assert dataset[1].stamp_ns == 10**9
+
+
+def test_images_have_no_depth_and_come_in_natural_order(tmp_path: Path) -> None:
+    view = render(kinect(), poses_around(1)[0])
+    for name in ("img10.jpg", "img2.png", "img1.color.png", "img1.depth.png"):
+        write_image(tmp_path / name, view.rgb)
+    dataset = open_dataset(tmp_path)
+    assert dataset.name == "folder of images"
+    assert dataset.ids == ("img1", "img2", "img10")
+    assert not dataset.has_depth
+    assert dataset[1].depth is None
+    check_dataset(dataset)
+
+
+@given(st.lists(st.integers(0, 10**6), min_size=2))
+def test_natural_order_sorts_numbers_by_value(numbers: list[int]) -> None:
+    names = sorted((f"frame{number}b" for number in numbers), key=natural_key)
+    assert names == [f"frame{number}b" for number in sorted(numbers)]
+
+
+def test_video_is_read_in_order_and_back(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    codec = cv2.VideoWriter.fourcc(*"MJPG")
+    writer = cv2.VideoWriter(str(path), cv2.CAP_OPENCV_MJPEG, codec, 10, (64, 48))
+    for grey in (20, 90, 160, 230):
+        writer.write(np.full((48, 64, 3), grey, np.uint8))
+    writer.release()
+    dataset = open_dataset(path)
+    assert isinstance(dataset, Video)
+    assert dataset.ids == ("000000", "000001", "000002", "000003")
+    means = [int(dataset[index].rgb.mean()) for index in (0, 3, 1, 2)]
+    np.testing.assert_allclose(means, [20, 230, 90, 160], atol=4)
+    assert dataset[3].stamp_ns == 300_000_000
+    check_dataset(dataset)
+
+
+def test_other_ground_truth_can_be_given(tmp_path: Path) -> None:
+    views = write_folder(tmp_path / "room")
+    write_image(tmp_path / "truth/000001.png", 255 - views[1].ground_truth)
+    dataset = open_dataset(tmp_path / "room", ground_truth=tmp_path / "truth")
+    assert [dataset.has_ground_truth(index) for index in range(3)] == [False, True, False]
+    np.testing.assert_array_equal(dataset.ground_truth(1), 255 - views[1].ground_truth)
+
+
+def test_saturated_depth_is_no_reading(tmp_path: Path) -> None:
+    write_folder(tmp_path)
+    depth = np.full((120, 160), 65.535, np.float32)
+    depth[60:] = 2.0
+    write_depth(tmp_path / "depth/000000.png", depth)
+    read = open_dataset(tmp_path)[0].depth
+    assert read is not None
+    assert np.isnan(read[:60]).all()
+    np.testing.assert_allclose(read[60:], 2.0)
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "n_frames", "n_poses", "n_ground_truths"),
+    [
+        ("redkitchen", "7-Scenes", 500, 500, 50),
+        ("rgbd_dataset_freiburg1_rpy", "TUM RGB-D", 121, 121, 0),
+        ("osd_learn", "OSD / OCID", 45, 0, 45),
+        ("floor_boxes", "plain folder", 10, 0, 0),
+    ],
+)
+def test_real_recordings(
+    folder: str, name: str, n_frames: int, n_poses: int, n_ground_truths: int
+) -> None:
+    root = os.environ.get("CURIOSIGHT_TEST_DATA")
+    if not root:
+        pytest.skip("CURIOSIGHT_TEST_DATA is not set")
+    dataset = open_dataset(Path(root) / "data" / folder)
+    assert (dataset.name, len(dataset)) == (name, n_frames)
+    assert sum(pose is not None for pose in dataset.poses) == n_poses
+    assert sum(map(dataset.has_ground_truth, range(n_frames))) == n_ground_truths
+    check_dataset(dataset, n_frames=3)
+    assert dataset[0].problem is None

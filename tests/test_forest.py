@@ -1,0 +1,442 @@
+"""The forest against a plain reference, its rules, and its buffer."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curiosight.forest import Forest
+from curiosight.forest_kernels import add_votes, draw_points, find_cut, grow_tree
+
+MASK = 2**64 - 1
+
+
+class ReferenceRandom:
+    """Draw integers with splitmix64, in Python's own integers."""
+
+    def __init__(self, seed):
+        self.state = seed
+
+    def below(self, bound):
+        self.state = (self.state + 0x9E3779B97F4A7C15) & MASK
+        mixed = self.state
+        mixed = ((mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+        mixed = ((mixed ^ (mixed >> 27)) * 0x94D049BB133111EB) & MASK
+        return ((mixed ^ (mixed >> 31)) >> 32) * bound >> 32
+
+
+def reference_points(rows, is_salient, n_drawn, random):
+    """Return the drawn rows, equal neighbours merged, and their (P, 2) class counts."""
+    drawn = []
+    for sample in range(len(rows)):
+        if random.below(len(rows) - sample) < n_drawn - len(drawn):
+            drawn.append(sample)
+    points, counts = [], []
+    for sample in drawn:
+        if not points or not np.array_equal(points[-1], rows[sample]):
+            points.append(rows[sample])
+            counts.append([0, 0])
+        counts[-1][int(is_salient[sample])] += 1
+    return np.array(points), np.array(counts)
+
+
+class ReferenceTree:
+    """Grow a tree in plain NumPy; as a nested (share, feature, threshold, left, right)."""
+
+    def __init__(self, points, counts, max_depth, min_split, n_tried, random):
+        self.max_depth, self.min_split, self.n_tried = max_depth, min_split, n_tried
+        self.random = random
+        self.features = np.arange(points.shape[1])
+        self.weights = np.maximum(counts.sum(axis=0)[::-1], 1)
+        self.root = self.grow(points, counts, 0)
+
+    def grow(self, points, counts, depth):
+        total = counts.sum(axis=0)
+        share = np.float32(total[1] * self.weights[1] / (total @ self.weights))
+        score = -1.0
+        if depth < self.max_depth and total.min() > 0 and total.sum() >= self.min_split:
+            score, feature, threshold = self.find_split(points, counts)
+        if score < 0:
+            return (share,)
+        is_left = points[:, feature] <= threshold
+        sides = {}
+        is_left_larger = 2 * is_left.sum() > len(points)
+        for side in [not is_left_larger, is_left_larger]:
+            chosen = is_left == side
+            sides[side] = self.grow(points[chosen], counts[chosen], depth + 1)
+        return share, int(feature), int(threshold), sides[True], sides[False]
+
+    def find_split(self, points, counts):
+        best = (-1.0, 0, 0)
+        for turn in range(len(self.features)):
+            if turn >= self.n_tried and best[0] >= 0:
+                break
+            if self.n_tried < len(self.features):
+                other = turn + self.random.below(len(self.features) - turn)
+                self.features[[turn, other]] = self.features[[other, turn]]
+            feature = self.features[turn]
+            score, threshold = reference_cut(points[:, feature], counts, self.weights)
+            if score > best[0]:
+                best = (score, feature, threshold)
+        return best
+
+
+def reference_cut(values, counts, weights):
+    """Return (score, threshold) of the first best cut of one feature; -1 if it is constant."""
+    present = np.unique(values)
+    if present.size == 1:
+        return -1.0, 0
+    total = counts.sum(axis=0)
+    left = np.array([counts[values <= value].sum(axis=0) for value in present[:-1]])
+    difference = (left[:, 1] * total[0] - left[:, 0] * total[1]).astype(float)
+    sides = (left @ weights).astype(float) * ((total - left) @ weights).astype(float)
+    scores = difference * difference / sides
+    best = int(scores.argmax())
+    return scores[best], (int(present[best]) + int(present[best + 1])) // 2
+
+
+def unpack(nodes, values, node=0):
+    """Return a grown tree in the form of `ReferenceTree`."""
+    left, feature, threshold = nodes[node] >> 24, nodes[node] >> 8 & 0xFFFF, nodes[node] & 255
+    if left == node:
+        return (values[node],)
+    children = unpack(nodes, values, left), unpack(nodes, values, left + 1)
+    return (values[node], int(feature), int(threshold), *children)
+
+
+def depth_of(tree):
+    return 0 if len(tree) == 1 else 1 + max(depth_of(tree[3]), depth_of(tree[4]))
+
+
+def make_samples(rng, n_samples, n_features=6, n_levels=256):
+    """Return noisy rows whose first two features tell the label."""
+    rows = rng.integers(0, n_levels, (n_samples, n_features)).astype(np.uint8)
+    score = rows[:, 0].astype(float) - rows[:, 1] + rng.normal(0, 0.3 * n_levels, n_samples)
+    return rows, score > 0.3 * n_levels
+
+
+def make_forest(**settings):
+    return Forest(**{"n_features": 6, "n_trees": 6, "n_regrown": 2, "max_depth": 6} | settings)
+
+
+def assert_same_tree(rows, is_salient, *, max_depth=10, min_split=11, n_tried=None, n_drawn=None):
+    n_tried = rows.shape[1] if n_tried is None else n_tried
+    n_drawn = len(rows) if n_drawn is None else n_drawn
+    state = np.array([7], np.uint64)
+    points, counts = draw_points(rows, is_salient, n_drawn, state)
+    nodes, values, depth = grow_tree(points, counts, max_depth, min_split, n_tried, state)
+    random = ReferenceRandom(7)
+    drawn, drawn_counts = reference_points(rows, is_salient, n_drawn, random)
+    reference = ReferenceTree(drawn, drawn_counts, max_depth, min_split, n_tried, random)
+    assert unpack(nodes, values) == reference.root
+    assert depth == depth_of(reference.root)
+    assert random.state == int(state[0])
+
+
+@pytest.mark.parametrize("n_tried", [1, 2, 6])
+@pytest.mark.parametrize("n_samples", [2, 30, 300, 2000])
+@pytest.mark.parametrize("n_levels", [2, 256])
+def test_tree_equals_reference_on_random_rows(n_samples, n_levels, n_tried):
+    rows, is_salient = make_samples(np.random.default_rng(n_samples), n_samples, n_levels=n_levels)
+    assert_same_tree(rows, is_salient, n_tried=n_tried, n_drawn=-(-2 * n_samples // 3))
+
+
+@pytest.mark.parametrize("max_depth", [0, 1, 30])
+@pytest.mark.parametrize("min_split", [2, 50])
+def test_tree_equals_reference_at_any_depth(max_depth, min_split):
+    rows, is_salient = make_samples(np.random.default_rng(1), 1200)
+    assert_same_tree(rows, is_salient, max_depth=max_depth, min_split=min_split)
+
+
+@pytest.mark.parametrize("n_tried", [2, 4])
+@pytest.mark.parametrize(
+    ("rows", "is_salient"),
+    [
+        (np.zeros((1, 4)), [True]),
+        (np.zeros((20, 4)), [True] * 20),
+        (np.zeros((20, 4)), [False] * 20),
+        (np.zeros((20, 4)), [True, False] * 10),
+        (np.repeat(np.eye(4) * 255, 100, axis=0), [True, False, True, True] * 100),
+        (np.arange(2400).reshape(600, 4) % 256, [False] * 599 + [True]),
+        (np.repeat([[0, 0, 9, 0], [0, 0, 200, 0]], 300, axis=0), [False] * 300 + [True] * 300),
+    ],
+    ids=["one", "salient", "not", "mixed", "duplicates", "rare", "constant"],
+)
+def test_tree_equals_reference_on_degenerate_rows(rows, is_salient, n_tried):
+    rows, is_salient = np.asarray(rows, np.uint8), np.asarray(is_salient, bool)
+    assert_same_tree(rows, is_salient, n_tried=n_tried)
+
+
+def weighted_gini(counts, weights):
+    """Return the impurity of (2,) counts times their weight, exactly."""
+    parts = [Fraction(int(count * weight)) for count, weight in zip(counts, weights, strict=True)]
+    return sum(parts) - sum(part * part for part in parts) / sum(parts)
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=2, max_size=12))
+def test_cut_lowers_the_weighted_gini_impurity_most(bin_counts):
+    bin_counts = np.array(bin_counts)
+    total = bin_counts.sum(axis=0)
+    weights = np.maximum(total[::-1], 1)
+    impurities = {}
+    for value in range(len(bin_counts) - 1):
+        left = bin_counts[: value + 1].sum(axis=0)
+        if left.sum() > 0 and left.sum() < total.sum():
+            sides = weighted_gini(left, weights) + weighted_gini(total - left, weights)
+            impurities[value] = sides
+    bins = bin_counts[:, 0] + (bin_counts[:, 1] << 32)
+    packed = int(bins.sum())
+    score, threshold = find_cut(bins, 0, len(bins) - 1, packed, weights)
+    if not impurities:
+        assert score == -1
+    else:
+        assert impurities[threshold] == min(impurities.values())
+
+
+def test_votes_walk_the_tree_as_written():
+    rows, is_salient = make_samples(np.random.default_rng(2), 1000)
+    forest = make_forest(n_trees=3, vote="soft")
+    forest.fit(rows, is_salient)
+    queries = np.random.default_rng(3).integers(0, 256, (101, 6)).astype(np.uint8)
+    expected = np.empty((101, 3), np.float32)
+    for column, tree in enumerate(forest._trees):
+        for index, row in enumerate(queries):
+            place = unpack(tree.nodes, tree.values)
+            while len(place) > 1:
+                place = place[3] if row[place[1]] <= place[2] else place[4]
+            expected[index, column] = place[0]
+    np.testing.assert_array_equal(forest.votes(queries), expected)
+    np.testing.assert_array_equal(forest.votes(queries, [2, 0]), expected[:, [2, 0]])
+    np.testing.assert_allclose(forest.predict(queries), expected.mean(axis=1), rtol=1e-6)
+    forest.vote = "hard"
+    np.testing.assert_array_equal(forest.votes(queries), expected > 0.5)
+
+
+def test_untrained_forest_predicts_zero_until_both_classes_are_seen():
+    rows, _ = make_samples(np.random.default_rng(4), 50)
+    forest = make_forest()
+    assert forest.update(rows, np.ones(50, bool)) == ()
+    assert not forest.is_trained
+    assert forest.n_samples == 50
+    assert not forest.predict(rows).any()
+    assert forest.votes(rows).shape == (50, 6)
+    assert forest.update(rows, np.zeros(50, bool)) == tuple(range(6))
+    assert forest.is_trained
+
+
+def test_share_of_one_class_gives_a_leaf_of_that_class():
+    rows, _ = make_samples(np.random.default_rng(5), 40)
+    forest = make_forest(n_trees=20, share=0.05)
+    forest.fit(rows, np.arange(40) == 0)
+    votes = forest.votes(rows)
+    is_single_leaf = np.array([tree.nodes.size == 1 for tree in forest._trees])
+    assert is_single_leaf.any()
+    assert set(np.unique(votes[:, is_single_leaf])) <= {0, 1}
+
+
+def test_pure_rows_are_answered_purely():
+    rows = np.repeat(np.array([[10], [200]], np.uint8), 30, axis=0)
+    forest = make_forest(n_features=1)
+    forest.fit(rows, rows[:, 0] > 100)
+    assert all(tree.nodes.size == 3 for tree in forest._trees)
+    np.testing.assert_array_equal(
+        forest.predict(np.array([[104], [105], [106]], np.uint8)), [0, 0, 1]
+    )
+
+
+def test_classes_weigh_the_same_however_rare():
+    rng = np.random.default_rng(6)
+    rows = rng.integers(0, 256, (4000, 6)).astype(np.uint8)
+    is_salient = rng.random(4000) < 0.02 + 0.06 * (rows[:, 0] > 127)
+    forest = make_forest(max_depth=1, vote="hard")
+    forest.fit(rows, is_salient)
+    assert forest.predict(np.full((1, 6), 255, np.uint8)) == 1
+    assert forest.predict(np.zeros((1, 6), np.uint8)) == 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32), st.integers(1, 400), st.integers(1, 6))
+def test_exchanged_labels_exchange_the_answer(seed, n_samples, n_split_features):
+    rows, is_salient = make_samples(np.random.default_rng(seed), n_samples)
+    predictions = []
+    for labels in (is_salient, ~is_salient):
+        forest = make_forest(vote="soft", n_split_features=n_split_features)
+        forest.fit(rows, labels)
+        predictions.append(forest.predict(rows))
+    expected = 1 - predictions[0] if forest.is_trained else predictions[0]
+    np.testing.assert_allclose(predictions[1], expected, atol=1e-6)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.permutations(range(6)))
+def test_features_can_change_places(order):
+    # A shallow tree on many samples: no two features score the same.
+    rows, is_salient = make_samples(np.random.default_rng(7), 3000)
+    answers = []
+    for columns in (rows, np.ascontiguousarray(rows[:, order])):
+        state = np.array([1], np.uint64)
+        tree = grow_tree(*draw_points(columns, is_salient, 2000, state), 4, 11, 6, state)
+        answers.append(np.zeros(3000, np.float32))
+        add_votes(*tree, columns, False, answers[-1])
+    np.testing.assert_array_equal(answers[0], answers[1])
+    assert np.unique(answers[0]).size > 8
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.integers(0, 60), min_size=1, max_size=8), st.integers(1, 80))
+def test_buffer_never_exceeds_its_cap(sizes, max_samples):
+    forest = make_forest(max_samples=max_samples)
+    rng = np.random.default_rng(0)
+    for group, size in enumerate(sizes):
+        forest.update(*make_samples(rng, size), group)
+        assert forest.n_samples <= max_samples
+    assert forest.n_samples == min(sum(sizes), max_samples)
+    assert len(forest.rows) == len(forest.is_salient) == len(forest.groups) == forest.n_samples
+
+
+def test_eviction_is_uniform_over_old_and_new_samples():
+    forest = make_forest(max_samples=1000, max_depth=0)
+    rng = np.random.default_rng(8)
+    for group in range(2):
+        forest.update(*make_samples(rng, 1000), group)
+    assert abs(np.mean(forest.groups) - 0.5) < 0.06
+
+
+def test_samples_keep_their_label_and_group():
+    rows, is_salient = make_samples(np.random.default_rng(9), 500)
+    groups = np.arange(500, dtype=np.int32)
+    forest = make_forest(max_samples=300)
+    forest.update(rows, is_salient, groups)
+    np.testing.assert_array_equal(forest.rows, rows[forest.groups])
+    np.testing.assert_array_equal(forest.is_salient, is_salient[forest.groups])
+    with pytest.raises(ValueError, match="read-only"):
+        forest.groups[0] = 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 6), st.integers(0, 2**32))
+def test_exactly_the_returned_trees_change(n_regrown, seed):
+    rng = np.random.default_rng(seed)
+    forest = make_forest(n_regrown=n_regrown, seed=rng)
+    forest.update(*make_samples(rng, 300))
+    before = list(forest._trees)
+    regrown = forest.update(*make_samples(rng, 300))
+    changed = [index for index in range(6) if forest._trees[index] is not before[index]]
+    assert sorted(regrown) == changed
+    assert len(set(regrown)) == n_regrown
+
+
+def test_update_without_rows_changes_nothing():
+    rng = np.random.default_rng(10)
+    forest = make_forest()
+    forest.update(*make_samples(rng, 300))
+    before = list(forest._trees)
+    assert forest.update(np.empty((0, 6), np.uint8), np.empty(0, bool)) == ()
+    assert all(old is new for old, new in zip(before, forest._trees, strict=True))
+
+
+def test_threads_and_seed():
+    rng = np.random.default_rng(11)
+    batches = [make_samples(rng, 400) for _ in range(3)]
+    states = []
+    for n_threads, seed in ((1, 5), (3, 5), (1, 6)):
+        forest = make_forest(n_threads=n_threads, seed=seed)
+        for batch in batches:
+            forest.update(*batch)
+        states.append(forest.state_arrays())
+    for name, array in states[0].items():
+        np.testing.assert_array_equal(array, states[1][name])
+    assert not np.array_equal(states[0]["node_values"], states[2]["node_values"])
+
+
+def test_fit_forgets_and_samples_uniformly():
+    rng = np.random.default_rng(12)
+    forest = make_forest(max_samples=200)
+    forest.update(*make_samples(rng, 150), group=1)
+    assert forest.fit(*make_samples(rng, 1000), group=2) == tuple(range(6))
+    assert set(forest.groups) == {2}
+    assert forest.n_samples == 200
+    assert forest.fit(np.zeros((5, 6), np.uint8), np.zeros(5, bool)) == ()
+    assert not forest.is_trained
+
+
+def test_state_arrays_restore_the_forest():
+    rng = np.random.default_rng(13)
+    forest = make_forest(vote="soft")
+    forest.update(*make_samples(rng, 400), group=3)
+    restored = make_forest(vote="soft")
+    restored.restore(forest.state_arrays())
+    queries = rng.integers(0, 256, (50, 6)).astype(np.uint8)
+    np.testing.assert_array_equal(restored.predict(queries), forest.predict(queries))
+    for name, array in forest.state_arrays().items():
+        np.testing.assert_array_equal(restored.state_arrays()[name], array)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("rows", lambda array: array[:, :5]),
+        ("groups", lambda array: array[:-1]),
+        ("node_values", lambda array: array.astype(float)),
+        ("tree_sizes", lambda array: array[:-1]),
+        ("node_left_children", lambda array: array + 1),
+        ("node_features", lambda array: array + 6),
+        ("node_thresholds", lambda array: array * 0),
+    ],
+)
+def test_restore_refuses_arrays_that_do_not_fit(name, change):
+    forest = make_forest()
+    forest.update(*make_samples(np.random.default_rng(14), 300))
+    arrays = forest.state_arrays()
+    with pytest.raises(ValueError, match=r"\w+: expected|expected the same length"):
+        forest.restore(arrays | {name: change(arrays[name])})
+    del arrays[name]
+    with pytest.raises(ValueError, match=f"{name}: expected"):
+        forest.restore(arrays)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"n_features": 0}, "n_features: expected 1 to 65535, got 0"),
+        ({"n_regrown": 7}, "n_regrown: expected 1 to 6, got 7"),
+        ({"n_split_features": 7}, "n_split_features: expected 1 to 6, got 7"),
+        ({"share": 0}, r"share: expected a number in \(0, 1\], got 0"),
+        ({"vote": "loud"}, "vote: expected 'hard' or 'soft', got 'loud'"),
+        ({"min_split": 1}, "min_split: expected 2 to inf, got 1"),
+    ],
+)
+def test_bad_settings_are_named(settings, message):
+    with pytest.raises(ValueError, match=message):
+        make_forest(**settings)
+
+
+def test_bad_samples_are_named():
+    forest = make_forest()
+    rows = np.zeros((5, 6), np.uint8)
+    with pytest.raises(ValueError, match=r"rows: expected \(n, 6\) uint8, got \(5, 5\) uint8"):
+        forest.predict(rows[:, :5])
+    with pytest.raises(ValueError, match=r"rows: expected \(n, 6\) uint8, got \(5, 6\) float64"):
+        forest.votes(rows.astype(float))
+    with pytest.raises(ValueError, match=r"is_salient: expected \(5,\) bool, got \(5,\) uint8"):
+        forest.update(rows, np.zeros(5, np.uint8))
+
+
+def test_as_accurate_as_scikit_learn():
+    ensemble = pytest.importorskip("sklearn.ensemble")
+    metrics = pytest.importorskip("sklearn.metrics")
+    rng = np.random.default_rng(15)
+    rows, is_salient = make_samples(rng, 6000, n_features=12)
+    forest = Forest(n_features=12, vote="soft")
+    forest.fit(rows[:4000], is_salient[:4000])
+    rival = ensemble.RandomForestClassifier(
+        30, max_depth=10, min_samples_split=11, max_features=None, class_weight="balanced"
+    )
+    rival.set_params(random_state=0).fit(rows[:4000], is_salient[:4000])
+    ours = metrics.roc_auc_score(is_salient[4000:], forest.predict(rows[4000:]))
+    theirs = metrics.roc_auc_score(is_salient[4000:], rival.predict_proba(rows[4000:])[:, 1])
+    assert ours > theirs - 0.01

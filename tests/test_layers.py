@@ -1,0 +1,98 @@
+"""Modules import only from lower rows, and the heavy optional packages only where used."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import curiosight
+
+ROWS = (
+    {"frame", "errors", "archive"},
+    {"datasets", "segmentation", "features", "forest_kernels", "forest", "metrics", "baselines"},
+    {"learner", "exploration", "worlds", "sklearn_estimator"},
+    {"explore", "evaluation"},
+    {"experiments", "viewing", "config"},
+    {"cli", "__main__"},
+)
+ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}
+WITHIN = {("forest", "forest_kernels")}  # one part in two files
+OPTIONAL = {"sklearn", "rerun", "ray", "gymnasium", "rclpy"}
+
+ROOT = Path(curiosight.__file__).parent
+MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
+
+
+def part_of(module: Path) -> str:
+    """Return what the layout calls a module: its package, or its own name."""
+    return module.parts[0].removesuffix(".py")
+
+
+def imported(nodes: Iterator[ast.AST], module: Path) -> set[str]:
+    """Return the absolute dotted names that import statements among the nodes ask for."""
+    names: set[str] = set()
+    package = ("curiosight", *module.parts[:-1])
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level + 1] if node.level else ()
+            base = ".".join((*above, *filter(None, [node.module])))
+            names |= {f"{base}.{alias.name}" for alias in node.names}
+    return names
+
+
+def run_at_import(tree: ast.AST) -> Iterator[ast.AST]:
+    """Walk a module without the bodies of its functions."""
+    yield tree
+    for child in ast.iter_child_nodes(tree):
+        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            yield from run_at_import(child)
+
+
+def upward_imports(source: str, module: Path) -> set[str]:
+    part = part_of(module)
+    names = imported(ast.walk(ast.parse(source)), module)
+    used = {name.split(".")[1] for name in names if name.startswith("curiosight.")} - {part}
+    return {
+        other
+        for other in used & ROW_OF.keys()
+        if ROW_OF[other] >= ROW_OF[part] and (part, other) not in WITHIN
+    }
+
+
+@pytest.mark.parametrize("module", MODULES, ids=str)
+def test_module_imports_only_from_lower_rows(module: Path) -> None:
+    part = part_of(module)
+    if part == "__init__":
+        return
+    assert part in ROW_OF, f"{part} has no row in the layout"
+    assert upward_imports((ROOT / module).read_text("utf-8"), module) == set()
+
+
+@pytest.mark.parametrize("module", MODULES, ids=str)
+def test_optional_packages_are_imported_at_use(module: Path) -> None:
+    if module == Path("sklearn_estimator.py"):
+        return
+    tree = ast.parse((ROOT / module).read_text("utf-8"))
+    names = {name.split(".")[0] for name in imported(run_at_import(tree), module)}
+    assert names & OPTIONAL == set()
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "expected"),
+    [
+        ("metrics.py", "from curiosight.learner import SaliencyLearner", {"learner"}),
+        ("worlds/replay.py", "from curiosight.exploration.regions import Regions", {"exploration"}),
+        ("worlds/replay.py", "from ..explore import explore", {"explore"}),
+        ("worlds/replay.py", "def f():\n    import curiosight.cli", {"cli"}),
+        ("worlds/replay.py", "from curiosight import cli, frame", {"cli"}),
+        ("worlds/replay.py", "from .world import World\nimport numpy", set()),
+        ("forest.py", "from curiosight.forest_kernels import grow", set()),
+    ],
+)
+def test_upward_imports_are_found(module: str, source: str, expected: set[str]) -> None:
+    assert upward_imports(source, Path(module)) == expected

@@ -1,0 +1,130 @@
+"""Replayed recordings as worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from curiosight.datasets.recording import Dataset
+from curiosight.exploration.regions import time_regions
+from curiosight.exploration.strategies import Chronological, Iac
+from curiosight.frame import Frame, Pose, Viewpoint
+from curiosight.worlds.check import check_world
+from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.world import World
+
+
+class TinyRecording:
+    """Hold frames in memory: frame i is all of grey i, seen from (i, 0, 0)."""
+
+    name = "tiny"
+    camera = None
+    has_depth = False
+    remarks: tuple[str, ...] = ()
+
+    def __init__(self, n_frames: int = 10) -> None:
+        self.ids = [str(index) for index in range(n_frames)]
+        self.poses: list[Pose | None] = [np.eye(4) for _ in range(n_frames)]
+        for index, pose in enumerate(self.poses):
+            pose[0, 3] = index
+        self.poses[3] = None
+        self.read: list[int] = []
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def __getitem__(self, index: int) -> Frame:
+        self.read.append(index)
+        rgb = np.full((4, 6, 3), index, np.uint8)
+        return Frame(self.ids[index], rgb, T_world_camera=self.poses[index])
+
+    def has_ground_truth(self, index: int) -> bool:
+        return False
+
+    def ground_truth(self, index: int) -> None:
+        return None
+
+
+def replay(dataset: Dataset, **options) -> ReplayWorld:
+    return ReplayWorld(dataset, time_regions(len(dataset), 5).of_view, **options)
+
+
+def test_replay_keeps_the_contract() -> None:
+    with replay(TinyRecording()) as world:
+        check_world(world)
+
+
+def test_replay_shows_each_viewpoints_frame() -> None:
+    dataset = TinyRecording()
+    with replay(dataset) as world:
+        assert [view.index for view in world.views] == list(range(10))
+        assert [view.region for view in world.views] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+        assert world.views[3].T_world_camera is None
+        assert world.views[4].T_world_camera is dataset.poses[4]
+        assert [world.capture(view).rgb[0, 0, 0] for view in world.views] == list(range(10))
+
+
+def test_replay_of_a_part_keeps_the_recordings_numbers() -> None:
+    with replay(TinyRecording(), indices=[8, 2]) as world:
+        assert [(view.index, view.region) for view in world.views] == [(8, 4), (2, 1)]
+        assert world.capture(world.views[0]).id == "8"
+
+
+@pytest.mark.parametrize("looks_ahead", [True, False])
+def test_looking_ahead_changes_no_frame(looks_ahead: bool) -> None:
+    with replay(TinyRecording()) as world:
+        strategy = Iac(world.views, np.random.default_rng(0))
+        if looks_ahead:
+            world.upcoming = strategy.upcoming
+        for _ in range(100):
+            viewpoint = strategy.choose()
+            assert world.capture(viewpoint).id == str(viewpoint.index)
+            strategy.update(viewpoint, 0.5)
+
+
+def test_upcoming_frames_are_decoded_once() -> None:
+    dataset = TinyRecording()
+    with replay(dataset) as world:
+        strategy = Chronological(world.views)
+        world.upcoming = strategy.upcoming
+        for _ in range(30):
+            world.capture(strategy.choose())
+    assert sorted(dataset.read) == list(range(10))
+
+
+def test_bad_arguments_are_named() -> None:
+    dataset = TinyRecording()
+    with pytest.raises(ValueError, match="regions: expected one for each of 10 frames, got 9"):
+        ReplayWorld(dataset, np.zeros(9, int))
+    with pytest.raises(ValueError, match="indices: expected frames from 0 to 9"):
+        replay(dataset, indices=[10])
+
+
+class BrokenWorld:
+    """Show a grey image everywhere; its views are for the tests to spoil."""
+
+    def __init__(self, views: Sequence[Viewpoint], frame: object = None) -> None:
+        self.views = views
+        self.frame = frame or Frame("0", np.zeros((4, 6, 3), np.uint8), T_world_camera=np.eye(4))
+
+    def capture(self, viewpoint: Viewpoint) -> Frame:
+        return self.frame  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(
+    ("world", "complaint"),
+    [
+        (BrokenWorld([]), "at least one viewpoint"),
+        (BrokenWorld([Viewpoint(1, 0), Viewpoint(1, 1)]), "index of its own"),
+        (BrokenWorld([Viewpoint(0, -2)]), "region -1 or more"),
+        (BrokenWorld([Viewpoint(0, 0, 2 * np.eye(4))]), "rigid pose at viewpoint 0"),
+        (BrokenWorld([Viewpoint(0, 0, np.diag([-1.0, 1, 1, 1]))]), "rigid pose"),
+        (BrokenWorld([Viewpoint(0, 0)], frame="picture"), "expected a Frame, got str"),
+        (BrokenWorld([Viewpoint(7, 0, np.diag([-1.0, -1, 1, 1]))]), "viewpoint 7's pose"),
+    ],
+)
+def test_contract_check_finds_what_is_broken(world: World, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        check_world(world)
