@@ -364,11 +364,12 @@ def test_fit_forgets_and_samples_uniformly():
     assert not forest.is_trained
 
 
-def test_state_arrays_restore_the_forest():
+def test_settings_and_state_arrays_restore_the_forest():
     rng = np.random.default_rng(13)
-    forest = make_forest(vote="soft")
+    forest = make_forest(vote="soft", n_split_features=2, min_split=5, max_samples=300)
     forest.update(*make_samples(rng, 400), group=3)
-    restored = make_forest(vote="soft")
+    restored = Forest(**forest.settings())
+    assert restored.settings() == forest.settings()
     restored.restore(forest.state_arrays())
     queries = rng.integers(0, 256, (50, 6)).astype(np.uint8)
     np.testing.assert_array_equal(restored.predict(queries), forest.predict(queries))
@@ -424,6 +425,17 @@ def test_bad_samples_are_named():
         forest.votes(rows.astype(float))
     with pytest.raises(ValueError, match=r"is_salient: expected \(5,\) bool, got \(5,\) uint8"):
         forest.update(rows, np.zeros(5, np.uint8))
+    with pytest.raises(ValueError, match=r"group: expected a number or \(5,\), got \(4,\)"):
+        forest.update(rows, np.zeros(5, bool), np.zeros(4, np.int32))
+
+
+def test_a_bad_call_of_fit_forgets_nothing():
+    forest = make_forest()
+    forest.fit(*make_samples(np.random.default_rng(16), 100))
+    with pytest.raises(ValueError, match="is_salient: expected"):
+        forest.fit(np.zeros((5, 6), np.uint8), np.zeros(4, bool))
+    assert forest.is_trained
+    assert forest.n_samples == 100
 
 
 def test_as_accurate_as_scikit_learn():

@@ -11,11 +11,20 @@ import pytest
 import curiosight
 
 ROWS = (
-    {"frame", "errors", "archive"},
-    {"datasets", "segmentation", "features", "forest_kernels", "forest", "metrics", "baselines"},
+    {"frame", "errors"},
+    {
+        "datasets",
+        "segmentation",
+        "features",
+        "forest_kernels",
+        "forest",
+        "metrics",
+        "baselines",
+        "archive",
+    },
     {"learner", "exploration", "worlds", "sklearn_estimator"},
-    {"explore", "evaluation"},
-    {"experiments", "viewing", "config"},
+    {"explore", "evaluation", "config"},
+    {"experiments", "viewing"},
     {"cli", "__main__"},
 )
 ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}

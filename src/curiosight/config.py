@@ -119,7 +119,7 @@ class Config:
         return cls(
             preset="default",
             learner=LearnerConfig(rows_per="superpixel", colour_space="lab"),
-            forest=ForestConfig(max_depth=24, min_split=20, n_split_features=6, vote="soft"),
+            forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
         )
 
 

@@ -80,7 +80,7 @@ class Forest:
         self.vote = vote
         self.n_threads = n_threads
         self._rng = np.random.default_rng(seed)
-        self._trees: list[Tree] = []
+        self._trees: list[Tree]
         self._forget()
 
     @property
@@ -116,9 +116,10 @@ class Forest:
         All trees grow as soon as both classes have been seen, none before, and none if there
         are no rows. `group` is kept with the samples, one number for all or (n,).
         """
-        n_added = self._add(rows, is_salient, group)
-        if n_added == 0:
+        samples = self._check_samples(rows, is_salient, group)
+        if len(rows) == 0:
             return ()
+        self._add(*samples)
         if not self.is_trained:
             return self._grow_all()
         return self._regrow(self._rng.choice(self.n_trees, self.n_regrown, replace=False))
@@ -133,8 +134,9 @@ class Forest:
 
         Of more than `max_samples` rows a uniformly random choice is kept.
         """
+        samples = self._check_samples(rows, is_salient, group)
         self._forget()
-        self._add(rows, is_salient, group)
+        self._add(*samples)
         return self._grow_all()
 
     def predict(self, rows: Rows) -> npt.NDArray[np.float32]:
@@ -162,8 +164,22 @@ class Forest:
                 add_votes(tree.nodes, tree.values, tree.depth, rows, is_hard, votes_of_tree)
         return votes.T
 
+    def settings(self) -> dict[str, int | float | str]:
+        """Return what `__init__` needs for another such forest, but seed and threads."""
+        return {
+            "n_features": self.n_features,
+            "n_trees": self.n_trees,
+            "n_regrown": self.n_regrown,
+            "share": self.share,
+            "max_samples": self.max_samples,
+            "max_depth": self.max_depth,
+            "min_split": self.min_split,
+            "n_split_features": self.n_split_features,
+            "vote": self.vote,
+        }
+
     def state_arrays(self) -> Arrays:
-        """Return buffer and trees as flat arrays; what `__init__` was given is not among them.
+        """Return buffer and trees as flat arrays; `settings` are not among them.
 
         The nodes of all trees follow each other; `tree_sizes` (n_trees,) says how many each
         has, 0 trees while untrained. A node's right child follows its left child.
@@ -210,17 +226,25 @@ class Forest:
         self._is_salient = np.empty(0, np.bool_)
         self._groups = np.empty(0, np.int32)
 
-    def _add(
+    def _check_samples(
         self, rows: Rows, is_salient: npt.NDArray[np.bool_], group: int | npt.NDArray[np.int32]
-    ) -> int:
-        """Append samples to the buffer, evict what is too much and return how many were added."""
+    ) -> tuple[Rows, npt.NDArray[np.bool_], npt.NDArray[np.int32]]:
+        """Return the samples with one group each."""
         rows = self._check_rows(rows)
         if is_salient.shape != (len(rows),) or is_salient.dtype != np.bool_:
             raise ValueError(
                 f"is_salient: expected ({len(rows)},) bool, "
                 f"got {is_salient.shape} {is_salient.dtype}"
             )
-        groups = np.broadcast_to(np.asarray(group, np.int32), len(rows))
+        groups = np.asarray(group, np.int32)
+        if groups.shape not in ((), (len(rows),)):
+            raise ValueError(f"group: expected a number or ({len(rows)},), got {groups.shape}")
+        return rows, is_salient, np.broadcast_to(groups, len(rows))
+
+    def _add(
+        self, rows: Rows, is_salient: npt.NDArray[np.bool_], groups: npt.NDArray[np.int32]
+    ) -> None:
+        """Append samples to the buffer and evict what is too much."""
         # Equal rows side by side: `draw_points` merges them, so superpixels grow trees faster.
         order = np.argsort(rows.view((np.void, self.n_features)).ravel(), kind="stable")
         self._rows = np.concatenate([self._rows, rows[order]])
@@ -233,7 +257,6 @@ class Forest:
             self._rows = self._rows[is_kept]
             self._is_salient = self._is_salient[is_kept]
             self._groups = self._groups[is_kept]
-        return len(rows)
 
     def _grow_all(self) -> tuple[int, ...]:
         """Grow every tree, or none while the buffer holds one class only."""

@@ -23,9 +23,7 @@ class HeldOut:
         anything else ignored. Frames without a salient pixel have no F1 and are left out.
     """
 
-    def __init__(
-        self, learner: SaliencyLearner, frames: Iterable[tuple[Rgb, Labels]]
-    ) -> None:
+    def __init__(self, learner: SaliencyLearner, frames: Iterable[tuple[Rgb, Labels]]) -> None:
         rows, salient, other, starts = [], [], [], [0]
         for rgb, labels in frames:
             description = learner.describe(rgb)

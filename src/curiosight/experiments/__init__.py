@@ -1,0 +1,1 @@
+"""What the commands do: each reads a recording and writes a folder of results."""

@@ -1,9 +1,8 @@
-"""Support planes and walls, found as peaks of histograms along the vertical and around it.
+"""Support planes, found as peaks of the histogram of surface along the vertical.
 
-With the up direction known (`up.py`), a support has one unknown, its height, and a wall two,
-its heading and distance. Both are then peaks of a small histogram of surface area: exact,
-deterministic, and faster than random hypotheses. Every peak is refined by least squares in
-inverse depth, where the sensor's noise is the same everywhere.
+With the up direction known (`up.py`), a support has one unknown, its height: a peak of a small
+histogram of surface area is exact, deterministic, and faster than random hypotheses. Every peak
+is refined by least squares in inverse depth, where the sensor's noise is the same everywhere.
 """
 
 from __future__ import annotations
@@ -47,26 +46,29 @@ def noise_band(points: Points, base: float, noise: float) -> Array:
     return band
 
 
-def refine_plane(
-    points: Points, normal: Array, offset: float, near: Mask, *, band: Array
-) -> Plane | None:
-    """Fit a plane to the `near` points, thrice, within 3, 1.5 and 1 times `band` of the last fit.
+def fit_plane(
+    xyz: Array, band: Array, normal: Array, offset: float
+) -> tuple[Array, float, Array] | None:
+    """Fit a plane to points, thrice, within 3, 1.5 and 1 times `band` of the last fit.
 
-    None when fewer than 50 points remain.
+    xyz: (n, 3) and band: (n,) metres. normal, offset: where to begin; the side is kept.
+    Return normal, offset and the (n,) bool inliers; None when fewer than 50 points remain.
     """
-    plane = Plane(normal, offset, near)
+    inliers = np.ones(len(xyz), np.bool_)
     for slack in (3.0, 1.5, 1.0):
-        inliers = near & (np.abs(plane.distance(points.xyz)) < slack * band)
+        signed = xyz @ normal.astype(np.float32) + np.float32(offset)
+        inliers = np.abs(signed) < slack * band
         if np.count_nonzero(inliers) < 50:
             return None
-        xyz = points.xyz[inliers].astype(np.float64)
-        rays = xyz / xyz[:, 2:]
+        inside = xyz[inliers].astype(np.float64)
+        inverse = 1 / inside[:, 2]
+        rays = inside * inverse[:, None]
         # n·p = 1 divided by z: rays·n = 1/z, whose noise does not depend on the distance.
-        solution = np.linalg.solve(rays.T @ rays + 1e-9 * np.eye(3), rays.T @ (1 / xyz[:, 2]))
+        solution = np.linalg.solve(rays.T @ rays + 1e-9 * np.eye(3), rays.T @ inverse)
         length = float(np.linalg.norm(solution))
-        sign = 1.0 if solution @ plane.normal > 0 else -1.0
-        plane = Plane(sign * solution / length, -sign / length, inliers)
-    return plane
+        sign = 1.0 if solution @ normal > 0 else -1.0
+        normal, offset = sign * solution / length, -sign / length
+    return normal, offset, inliers
 
 
 def find_supports(
@@ -89,102 +91,45 @@ def find_supports(
     """
     level = points.normals @ up.astype(np.float32) > np.cos(max_normal_angle)
     level &= points.depth < max_range
-    supports: list[Plane] = []
+    xyz, area, thickness = points.xyz[level], points.area[level], band[level]
+    heights = xyz @ up.astype(np.float32)
+    is_free = np.ones(len(xyz), np.bool_)
+    found: list[tuple[float, Plane]] = []
     for _ in range(2 * max_supports):
-        height, area = _peak_height(points, up, level)
-        if area < min_area or len(supports) == max_supports:
+        height, peak_area = _peak_height(heights[is_free], area[is_free])
+        if peak_area < min_area or len(found) == max_supports:
             break
-        near = level & (np.abs(points.xyz @ up.astype(np.float32) - height) < 0.04 + band)
-        plane = refine_plane(points, up, -height, near, band=band)
-        level &= ~near
-        if plane is None or plane.normal @ up < np.cos(max_tilt):
+        near = np.flatnonzero(is_free & (np.abs(heights - height) < 0.04 + thickness))
+        fit = fit_plane(xyz[near], thickness[near], up, -height)
+        is_free[near] = False
+        if fit is None or fit[0] @ up < np.cos(max_tilt):
             continue
-        if points.area[plane.inliers].sum() >= min_area:
-            supports.append(plane)
-            level &= np.abs(plane.distance(points.xyz)) > 1.5 * band
-    supports.sort(key=lambda plane: -float(points.area[plane.inliers].sum()))
-    return supports
+        normal, offset, inliers = fit
+        visible_area = float(area[near[inliers]].sum())
+        if visible_area >= min_area:
+            mask = scatter(near[inliers], level)
+            found.append((visible_area, Plane(normal, offset, mask)))
+            is_free &= np.abs(xyz @ normal.astype(np.float32) + offset) > 1.5 * thickness
+    found.sort(key=lambda pair: -pair[0])
+    return [plane for _, plane in found]
 
 
-def _peak_height(points: Points, up: Array, level: Mask, *, step: float = 0.02) -> tuple[float, float]:
+def scatter(chosen: Array, mask: Mask) -> Mask:
+    """Return the part of a mask that remains when only some of its True cells are `chosen`."""
+    part = np.zeros(mask.shape, np.bool_)
+    part.ravel()[np.flatnonzero(mask)[chosen]] = True
+    return part
+
+
+def _peak_height(heights: Array, area: Array, *, step: float = 0.02) -> tuple[float, float]:
     """Return the height (metres along `up` from the camera) with the most area, and that area."""
-    heights = points.xyz[level] @ up.astype(np.float32)
     if heights.size == 0:
         return 0.0, 0.0
     low = float(heights.min())
     index = ((heights - low) / step).astype(np.int64)
-    histogram = np.convolve(np.bincount(index, points.area[level]), np.ones(3), "same")
+    histogram = np.convolve(np.bincount(index, area), np.ones(3), "same")
     peak = int(np.argmax(histogram))
     return low + (peak + 0.5) * step, float(histogram[peak])
-
-
-def find_walls(
-    points: Points,
-    up: Array,
-    *,
-    free: Mask,
-    band: Array,
-    max_cosine: float = 0.3,
-    border: Mask,
-    min_diagonal: float = 1.5,
-    min_cut_diagonal: float = 1.0,
-    min_area: float = 0.3,
-    max_walls: int = 6,
-) -> list[Plane]:
-    """Find the vertical planes whose visible part has a diagonal of at least `min_diagonal`.
-
-    free: (h, w) bool, the points that may belong to a wall.
-    max_cosine: |normal·up| of a point below which it votes for a wall.
-    """
-    up32 = up.astype(np.float32)
-    vertical = free & (np.abs(points.normals @ up32) < max_cosine)
-    right, forward = horizontal_axes(up)
-    walls: list[Plane] = []
-    for _ in range(2 * max_walls):
-        normal, distance, area = _peak_heading(points, right, forward, vertical)
-        if area < 0.3 * min_area or len(walls) == max_walls:
-            break
-        agree = vertical & (points.normals @ normal.astype(np.float32) > 0.85)
-        near = agree & (np.abs(points.xyz @ normal.astype(np.float32) + distance) < 0.08 + band)
-        plane = refine_plane(points, normal, distance, near, band=band + 0.02)
-        vertical &= ~near
-        if plane is None or abs(plane.normal @ up) > 0.15:
-            continue
-        diagonal = visible_diagonal(points.xyz[plane.inliers], up, plane.normal)
-        is_cut = (plane.inliers & border).any()
-        if points.area[plane.inliers].sum() < min_area:
-            continue
-        if diagonal >= (min_cut_diagonal if is_cut else min_diagonal):
-            walls.append(plane)
-            vertical &= np.abs(plane.distance(points.xyz)) > band + 0.03
-    return walls
-
-
-def _peak_heading(
-    points: Points, right: Array, forward: Array, vertical: Mask
-) -> tuple[Array, float, float]:
-    """Return the wall with the most area in a histogram of 3° by 5 cm: normal, offset, area."""
-    normals = points.normals[vertical]
-    if len(normals) == 0:
-        return right, 0.0, 0.0
-    heading = np.arctan2(normals @ right.astype(np.float32), normals @ forward.astype(np.float32))
-    sector = np.radians(3.0)
-    column = ((heading + np.pi) / sector).astype(np.int64)
-    centre = (column + 0.5) * sector - np.pi
-    xyz = points.xyz[vertical]
-    along = np.sin(centre) * (xyz @ right.astype(np.float32))
-    along += np.cos(centre) * (xyz @ forward.astype(np.float32))
-    low = float(along.min())
-    row = ((along - low) / 0.05).astype(np.int64)
-    n_rows = int(row.max()) + 1
-    votes = np.bincount(column * n_rows + row, points.area[vertical], minlength=121 * n_rows)
-    votes = votes.reshape(-1, n_rows)
-    votes[:, 1:] += votes[:, :-1]
-    votes = votes + np.roll(votes, 1, axis=0) + np.roll(votes, -1, axis=0)
-    best_column, best_row = np.unravel_index(int(np.argmax(votes)), votes.shape)
-    angle = (best_column + 0.5) * sector - np.pi
-    normal = np.sin(angle) * right + np.cos(angle) * forward
-    return normal, -(low + best_row * 0.05), float(votes[best_column, best_row])
 
 
 def horizontal_axes(up: Array) -> tuple[Array, Array]:
@@ -194,12 +139,3 @@ def horizontal_axes(up: Array) -> tuple[Array, Array]:
         right = np.array([0.0, 0.0, 1.0]) - up[2] * up
     right /= np.linalg.norm(right)
     return right, np.cross(right, up)
-
-
-def visible_diagonal(xyz: Array, up: Array, normal: Array) -> float:
-    """Return the diagonal in metres of (n, 3) wall points, without the outermost 1 %."""
-    if len(xyz) == 0:
-        return 0.0
-    along = np.cross(up, normal)
-    extent = [np.ptp(np.percentile(xyz @ axis, (1, 99))) for axis in (up, along)]
-    return float(np.hypot(*extent))

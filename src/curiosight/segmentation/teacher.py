@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.segmentation.objects import Cluster, Verdict, find_clusters
-from curiosight.segmentation.planes import Mask, Plane, find_walls, noise_band
+from curiosight.segmentation.planes import Mask, Plane, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import FLOOR
 from curiosight.segmentation.supports import Support, above_footprint, choose_supports
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals
+from curiosight.segmentation.walls import find_walls
 
 Array = npt.NDArray[Any]
 MAX_TILT_FROM_SURVEY = np.radians(6)
@@ -162,7 +163,8 @@ def _cluster_all(
     for support in reversed(supports):
         heights = support.heights(points)
         slab = noise_band(points, support.settings.slab, support.settings.noise)
-        over = free & (heights > slab) & (heights < support.settings.max_height)
+        # Free points inside the slab face elsewhere: the foot of what stands there.
+        over = free & (heights > -slab) & (heights < support.settings.max_height)
         if support.is_table:
             inside = above_footprint(points, support.plane)
             on_table = over & inside

@@ -1,0 +1,187 @@
+"""Score the teacher against ground truth: precision, recall, coverage, time.
+
+    python benchmarks/teacher.py DATA [--every K] [--sheet DIR]
+
+The frames' first half is for tuning, the second for reporting; both are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.datasets import Dataset, open_dataset
+from curiosight.frame import Frame, Label
+from curiosight.segmentation import Segmentation, Survey, Teacher, Verdict, survey_recording
+
+Labels = npt.NDArray[np.uint8]
+
+COLOUR_OF_LABEL = {Label.NOT_SALIENT: (60, 60, 160), Label.UNAVAILABLE: (0, 0, 0)}
+COLOUR_OF_VERDICT = {
+    Verdict.OBJECT: (255, 255, 255),
+    Verdict.CUT: (230, 200, 40),
+    Verdict.FAR: (120, 120, 120),
+    Verdict.SMALL: (255, 140, 0),
+    Verdict.LARGE: (0, 200, 200),
+    Verdict.FLAT: (200, 80, 200),
+    Verdict.FLOATING: (220, 40, 40),
+    Verdict.WALL_PART: (120, 40, 160),
+}
+COLOUR_OF_UNKNOWN = (150, 150, 110)
+N_SURVEYED = 24
+
+
+@dataclass(frozen=True, slots=True)
+class TeacherCounts:
+    """Pixels counted against ground truth; add them up over frames."""
+
+    n_salient: int = 0
+    n_salient_right: int = 0
+    n_whole: int = 0
+    n_whole_found: int = 0
+    n_true: int = 0
+    n_taught: int = 0
+
+    def __add__(self, other: TeacherCounts) -> TeacherCounts:
+        return TeacherCounts(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
+
+    def values(self) -> tuple[int, ...]:
+        return tuple(getattr(self, name) for name in self.__slots__)
+
+    @property
+    def precision(self) -> float:
+        """Share of the pixels labelled salient that are; NaN when none is labelled so."""
+        return _ratio(self.n_salient_right, self.n_salient)
+
+    @property
+    def recall(self) -> float:
+        """Share of the pixels of uncut true objects that are labelled salient."""
+        return _ratio(self.n_whole_found, self.n_whole)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the pixels with a truth that are labelled salient or not salient."""
+        return _ratio(self.n_taught, self.n_true)
+
+
+def teacher_counts(labels: Labels, ground_truth: Labels, *, border_px: int = 10) -> TeacherCounts:
+    """Compare a teacher's labels with ground truth (255, 0, else ignored) of the same size.
+
+    Recall looks only at true objects (connected components) that keep out of the image's frame
+    of `border_px`: what touches it is unknown on purpose (sec. II-A.2).
+    """
+    is_object = ground_truth == 255
+    is_true = is_object | (ground_truth == 0)
+    _, component = cv2.connectedComponents(is_object.astype(np.uint8), connectivity=8)
+    frame = np.ones(labels.shape, np.bool_)
+    frame[border_px:-border_px, border_px:-border_px] = False
+    is_whole = is_object & ~np.isin(component, component[frame])
+    is_salient = labels == Label.SALIENT
+    is_taught = is_salient | (labels == Label.NOT_SALIENT)
+    masks = (
+        is_salient & is_true,
+        is_salient & is_object,
+        is_whole,
+        is_whole & is_salient,
+        is_true,
+        is_true & is_taught,
+    )
+    return TeacherCounts(*(int(np.count_nonzero(mask)) for mask in masks))
+
+
+def _ratio(part: int, whole: int) -> float:
+    return part / whole if whole else float("nan")
+
+
+def survey(dataset: Dataset) -> Survey:
+    """Survey a recording on some of its frames, evenly spaced."""
+    chosen = np.linspace(0, len(dataset) - 1, min(N_SURVEYED, len(dataset))).round().astype(int)
+    return survey_recording(dataset[index] for index in chosen)
+
+
+def segment_timed(teacher: Teacher, frames: Iterator[Frame]) -> Iterator[tuple[Segmentation, float]]:
+    """Segment frames, with the milliseconds that each took; the first is done twice."""
+    for place, frame in enumerate(frames):
+        if place == 0:
+            teacher.segment(frame)
+        start = time.perf_counter()
+        segmentation = teacher.segment(frame)
+        yield segmentation, 1000 * (time.perf_counter() - start)
+
+
+def paint(segmentation: Segmentation) -> npt.NDArray[np.uint8]:
+    """(H, W, 3) RGB: the labels, and for unknown clusters the reason."""
+    picture = np.full((*segmentation.labels.shape, 3), COLOUR_OF_UNKNOWN, np.uint8)
+    for label, colour in COLOUR_OF_LABEL.items():
+        picture[segmentation.labels == label] = colour
+    for number, cluster in enumerate(segmentation.clusters, start=1):
+        picture[segmentation.cluster_of_pixel == number] = COLOUR_OF_VERDICT[cluster.verdict]
+    return picture
+
+
+def write_sheet(
+    path: Path, frame: Frame, ground_truth: Labels | None, segmentation: Segmentation
+) -> None:
+    """Write colour, ground truth and verdicts side by side."""
+    truth = np.full(frame.rgb.shape[:2], 125, np.uint8) if ground_truth is None else ground_truth
+    panels = [frame.rgb, np.dstack([truth] * 3), paint(segmentation)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), np.hstack(panels)[::2, ::2, ::-1])
+
+
+def report(name: str, counts: list[TeacherCounts]) -> None:
+    """Print one line of scores for a part of the frames."""
+    total = sum(counts, TeacherCounts())
+    print(
+        f"{name:9} {len(counts):4} frames  precision {total.precision:.4f}  "
+        f"recall {total.recall:.4f}  coverage {total.coverage:.4f}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path, help="a recording")
+    parser.add_argument("--every", type=int, default=1, help="use every K-th frame (with truth)")
+    parser.add_argument("--sheet", type=Path, help="write a picture a frame into this folder")
+    arguments = parser.parse_args()
+    cv2.setNumThreads(1)
+
+    dataset = open_dataset(arguments.data)
+    found = survey(dataset)
+    print(f"{dataset.name}: scene {found.scene}, up {found.up_world}, floor {found.floor_height}")
+    indices = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
+    indices = (indices or list(range(len(dataset))))[:: arguments.every]
+    counts: list[TeacherCounts] = []
+    verdicts: Counter[str] = Counter()
+    times_ms: list[float] = []
+    results = segment_timed(Teacher(found), (dataset[index] for index in indices))
+    for index, (segmentation, time_ms) in zip(indices, results, strict=True):
+        truth = dataset.ground_truth(index)
+        if truth is not None:
+            counts.append(teacher_counts(segmentation.labels, truth))
+        times_ms.append(time_ms)
+        verdicts.update(cluster.verdict.value for cluster in segmentation.clusters)
+        verdicts["(frame without a support)"] += segmentation.problem is not None
+        if arguments.sheet:
+            path = arguments.sheet / f"{dataset.ids[index].replace('/', '_')}.png"
+            write_sheet(path, dataset[index], truth, segmentation)
+    if counts:
+        half = len(counts) // 2
+        report("tuning", counts[:half])
+        report("reporting", counts[half:])
+        report("all", counts)
+    median, p90 = np.percentile(times_ms, (50, 90))
+    print(f"one thread: median {median:.1f} ms, p90 {p90:.1f} ms over {len(times_ms)} frames")
+    print("; ".join(f"{name} {count}" for name, count in verdicts.most_common() if count))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""From settings and a recording to the parts of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
+from curiosight.features import N_FEATURES
+from curiosight.forest import Forest
+from curiosight.frame import Frame, Viewpoint
+from curiosight.learner import SaliencyLearner
+from curiosight.segmentation import Survey, Teacher, survey_recording
+
+
+def make_teacher(config: Config, dataset: Dataset) -> Teacher:
+    """Survey a recording and return the teacher for it.
+
+    Raises `DataError` where the recording has no depth, or no frame that can be used.
+    """
+    if not dataset.has_depth:
+        raise DataError(
+            place(dataset),
+            f"{dataset.name} has no depth to learn from",
+            "give a recording with depth; for colour alone there is `curiosight map`",
+        )
+    survey = survey_recording(_good_frames(config, dataset), scene=config.teacher.scene)
+    return Teacher(survey)
+
+
+def _good_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
+    """Yield evenly spaced usable frames, or the first usable one where those are all bad."""
+    n_survey = min(config.teacher.n_survey_frames, len(dataset))
+    chosen = np.linspace(0, len(dataset) - 1, n_survey).astype(int)
+    n_good = 0
+    for frame in _frames(dataset, chosen):
+        if frame.problem is None:
+            n_good += 1
+            yield frame
+    if n_good:
+        return
+    problem = None
+    for frame in _frames(dataset, range(len(dataset))):
+        if frame.problem is None:
+            yield frame
+            return
+        problem = problem or frame.problem
+    raise DataError(
+        place(dataset), f"none of its {len(dataset)} frames can be used ({problem})", "record anew"
+    )
+
+
+def _frames(dataset: Dataset, indices: Iterable[int]) -> Iterator[Frame]:
+    return (dataset[int(index)] for index in indices)
+
+
+def place(dataset: Dataset) -> str:
+    """Return where a dataset comes from: its folder where it has one."""
+    return str(getattr(dataset, "path", dataset.name))
+
+
+def make_learner(
+    config: Config, teacher: Teacher | None, rng: np.random.Generator
+) -> SaliencyLearner:
+    """Return a learner that has seen nothing yet."""
+    settings = config.forest
+    forest = Forest(
+        n_features=N_FEATURES,
+        n_trees=settings.n_trees,
+        n_regrown=settings.n_regrown,
+        share=settings.share,
+        max_samples=settings.max_samples,
+        max_depth=settings.max_depth,
+        min_split=settings.min_split,
+        n_split_features=settings.n_split_features or None,
+        vote=settings.vote,
+        seed=rng,
+        n_threads=config.run.n_threads,
+    )
+    return SaliencyLearner(
+        teacher,
+        forest,
+        rows_per=config.learner.rows_per,
+        colour_space=config.learner.colour_space,
+        n_pixels=config.learner.n_pixels,
+        n_superpixels=config.learner.n_superpixels,
+        seed=rng,
+    )
+
+
+def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
+    """Divide a recording into regions as the settings ask."""
+    return make_regions(
+        config.explorer.regions or None,
+        dataset.poses,
+        dataset.ids,
+        position_split=config.explorer.position_split,
+        orientation_split=config.explorer.orientation_split,
+        up=survey.up_world if survey is not None else None,
+    )
+
+
+def choose_strategy(
+    config: Config, views: tuple[Viewpoint, ...], rng: np.random.Generator
+) -> Strategy:
+    """Return the strategy that the settings ask for."""
+    settings = config.explorer
+    return make_strategy(
+        settings.strategy,
+        views,
+        rng,
+        random_over=settings.random_over,
+        random_n_stay=settings.random_n_stay,
+        n_stay=settings.n_stay,
+        n_warm_up=settings.n_warm_up,
+        random_share=settings.random_share,
+        theta=settings.theta,
+        smoothing=settings.smoothing,
+        min_errors=settings.min_errors,
+        undefined=settings.undefined,
+        negative=settings.negative,
+        exponent=settings.exponent,
+    )

@@ -1,0 +1,114 @@
+"""Score saliency maps against ground truth, or the teacher where there is none (sec. III-A)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.evaluation import MapScores, SplitKind, make_folds
+from curiosight.experiments.components import make_teacher, place
+from curiosight.experiments.learning import OffLine
+from curiosight.experiments.truth import Truth, find_truth
+from curiosight.frame import Frame
+from curiosight.learner import SaliencyLearner
+from curiosight.segmentation import Teacher
+
+
+class Evaluation:
+    """Score a model on the frames of a recording that have a truth.
+
+    Without depth only colour counts: what the teacher left open cannot be told apart then.
+    """
+
+    def __init__(self, config: Config, learner: SaliencyLearner, dataset: Dataset) -> None:
+        teacher = make_teacher(config, dataset) if dataset.has_depth else None
+        self.learner = learner
+        self.truth = find_truth(dataset, range(len(dataset)), teacher)
+        self.scores = MapScores()
+
+    def __len__(self) -> int:
+        return len(self.truth.indices)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Score frame by frame; yield each when it is done."""
+        yield from score_maps(self.scores, self.learner, self.truth)
+
+    def metrics(self) -> dict[str, Any]:
+        """Return all figures, JSON-able."""
+        return {"truth": self.truth.kind, **_checked(self.scores, self.truth.dataset)}
+
+
+class CrossValidation:
+    """Train on most of a recording and test on the rest, in turn (sec. III-A).
+
+    Every fold learns off-line (see `OffLine`) from the teacher's labels alone; frames are
+    tested against ground truth where the recording has any.
+    """
+
+    def __init__(self, config: Config, dataset: Dataset, *, n_folds: int, split: SplitKind) -> None:
+        self.config = config
+        self.dataset = dataset
+        rng = np.random.default_rng(config.run.seed)
+        self.folds = make_folds(len(dataset), n_folds, split, rng, gap=config.test.gap)
+        self.split = split
+        self.teacher: Teacher = make_teacher(config, dataset)
+        self.truth_kind = find_truth(dataset, range(len(dataset)), self.teacher).kind
+        self.scores = MapScores()
+
+    def __len__(self) -> int:
+        """Count the frames that are looked at, to learn or to test."""
+        return sum(len(training) + len(test) for training, test in self.folds)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Learn and score frame by frame; yield each when it is done."""
+        seeds = np.random.SeedSequence(self.config.run.seed).spawn(len(self.folds))
+        for (training, test), seed in zip(self.folds, seeds, strict=True):
+            off_line = OffLine(
+                self.config,
+                self.dataset,
+                indices=training.tolist(),
+                teacher=self.teacher,
+                seed=seed,
+            )
+            yield from off_line
+            truth = find_truth(self.dataset, test.tolist(), self.teacher)
+            if truth.kind == self.truth_kind:
+                yield from score_maps(self.scores, off_line.finish(), truth, self.teacher)
+
+    def metrics(self) -> dict[str, Any]:
+        """Return all figures, JSON-able."""
+        return {
+            "truth": self.truth_kind,
+            "folds": len(self.folds),
+            "split": self.split,
+            "preset": self.config.preset,
+            "seed": self.config.run.seed,
+            **_checked(self.scores, self.dataset),
+        }
+
+
+def score_maps(
+    scores: MapScores,
+    learner: SaliencyLearner,
+    truth: Truth,
+    teacher: Teacher | None = None,
+) -> Iterator[Frame]:
+    """Add the maps of a truth's frames to the scores; yield each frame when it is done."""
+    teacher = teacher or truth.teacher
+    for frame, labels in truth:
+        taught = teacher.segment(frame).labels if teacher is not None else None
+        scores.add(frame.id, learner.saliency(frame.rgb), labels, taught, frame.depth)
+        yield frame
+
+
+def _checked(scores: MapScores, dataset: Dataset) -> dict[str, Any]:
+    if not scores.frames:
+        raise DataError(
+            place(dataset), "no frame could be scored", "look at it with `curiosight info`"
+        )
+    return scores.table()

@@ -1,0 +1,192 @@
+"""Explore a recording: run the loop, keep everything it says (sec. III-B)."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curiosight.config import Config, to_toml
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.evaluation import HeldOut, every_nth
+from curiosight.experiments.components import (
+    choose_regions,
+    choose_strategy,
+    make_learner,
+    make_teacher,
+)
+from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.stopwatch import Stopwatch
+from curiosight.experiments.truth import Truth, find_truth
+from curiosight.exploration import Odometer
+from curiosight.explore import Step, explore
+from curiosight.learner import SaliencyLearner
+from curiosight.worlds import ReplayWorld
+
+MODEL = "model.npz"
+
+
+@dataclass(frozen=True, slots=True)
+class StepRow:
+    """One line of steps.csv; travel is summed from the start."""
+
+    step: int
+    id: str
+    region: int
+    error: float | None
+    learning_progress: float | None
+    samples: int
+    metres: float
+    degrees: float
+    overall_error: float | None
+
+
+class Exploration:
+    """One exploration of a recording, written to a folder while it runs.
+
+    test_source: another recording to test on, instead of the settings' `test.every`.
+    continued: a model to go on with, see `load_run_model`.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        dataset: Dataset,
+        out: OutputFolder,
+        *,
+        test_source: Dataset | None = None,
+        continued: Path | None = None,
+    ) -> None:
+        if config.explorer.n_steps < 1:
+            raise ValueError(f"steps: expected 1 or more, got {config.explorer.n_steps}")
+        self.config = config
+        self.dataset = dataset
+        self.out = out
+        self.rows: list[StepRow] = []
+        self.problems: Counter[str] = Counter()
+        self._started = time.perf_counter()
+        learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
+        training, test = _split(config, dataset, test_source)
+        self.teacher = make_teacher(config, dataset)
+        self.regions = choose_regions(config, dataset, self.teacher.survey)
+        self.learner = make_learner(config, self.teacher, learner_rng)
+        if continued is not None:
+            self.learner = SaliencyLearner.load(
+                continued, self.teacher, seed=learner_rng, n_threads=config.run.n_threads
+            )
+        self.world = ReplayWorld(
+            dataset, self.regions.of_view, indices=training, memory_mb=config.run.memory_mb
+        )
+        self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
+        self.world.upcoming = self._strategy.upcoming
+        self.truth = self._find_truth(test_source, test)
+        self.held_out = HeldOut(self.learner, self.truth.labelled_frames())
+        self.stopwatch = self._watch()
+        self._odometer = Odometer()
+        out.write_text("config.toml", to_toml(config))
+        self._steps_file = TableFile(out.file("steps.csv"), [f.name for f in fields(StepRow)])
+        self._times_file = TableFile(out.file("timings.csv"), ["step", *self.stopwatch.stages])
+
+    def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
+        """Run the loop; yield each step and its row once both are on disk."""
+        n_steps = self.config.explorer.n_steps
+        for step in explore(self.world, self.learner, self._strategy, n_steps):
+            row = self._note(step)
+            self.rows.append(row)
+            self._steps_file.add(asdict(row))
+            self._times_file.add({"step": step.index, **self.stopwatch.lap()})
+            yield step, row
+
+    def finish(self) -> dict[str, Any]:
+        """Write the model and the summary of what has been done so far; return the summary."""
+        self._steps_file.close()
+        self._times_file.close()
+        self.world.close()
+        self.learner.save(self.out.file(MODEL), {"source": self.dataset.name})
+        summary = self._summary()
+        self.out.write_json("summary.json", summary)
+        return summary
+
+    def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
+        if test_source is None:
+            return find_truth(self.dataset, test, self.teacher)
+        teacher = None
+        if not any(map(test_source.has_ground_truth, range(len(test_source)))):
+            teacher = make_teacher(self.config, test_source)
+        return find_truth(test_source, range(len(test_source)), teacher)
+
+    def _watch(self) -> Stopwatch:
+        stopwatch = Stopwatch()
+        stopwatch.watch(self.world, "capture")
+        for stage in ("describe", "segment", "predict", "learn"):
+            stopwatch.watch(self.learner, stage)
+        stopwatch.watch(self.held_out, "overall_error", "test")
+        return stopwatch
+
+    def _note(self, step: Step) -> StepRow:
+        """Return the step's row; count what was wrong with its frame."""
+        observation = step.observation
+        if observation.frame.problem is not None:
+            self.problems["bad frames"] += 1
+        elif observation.segmentation.problem is not None:
+            self.problems[observation.segmentation.problem] += 1
+        self._odometer.add(step.viewpoint.T_world_camera)
+        return StepRow(
+            step=step.index,
+            id=observation.frame.id,
+            region=step.viewpoint.region,
+            error=observation.error,
+            learning_progress=step.learning_progress,
+            samples=self.learner.forest.n_samples,
+            metres=self._odometer.metres,
+            degrees=self._odometer.degrees,
+            overall_error=self.held_out.overall_error(observation.regrown if self.rows else None),
+        )
+
+    def _summary(self) -> dict[str, Any]:
+        last = self.rows[-1] if self.rows else None
+        return {
+            "source": self.dataset.name,
+            "strategy": self.config.explorer.strategy,
+            "preset": self.config.preset,
+            "seed": self.config.run.seed,
+            "regions": self.regions.kind,
+            "scene": self.teacher.survey.scene,
+            "steps": len(self.rows),
+            "distinct_frames": len({row.id for row in self.rows}),
+            "training_frames": len(self.world.views),
+            "overall_error": last.overall_error if last else None,
+            "tested_on": self.truth.kind,
+            "test_frames": self.held_out.n_frames,
+            "samples": last.samples if last else 0,
+            "metres": last.metres if last else 0.0,
+            "degrees": last.degrees if last else 0.0,
+            "problems": dict(self.problems),
+            "stages": self.stopwatch.summary(),
+            "seconds": round(time.perf_counter() - self._started, 2),
+        }
+
+
+def load_run_model(run: Path) -> Path:
+    """Return the model file of a run's folder, or of the file itself."""
+    if not run.exists():
+        raise DataError(run, "does not exist", "give the folder of a run, or a model file")
+    if run.is_dir() and not (run / MODEL).is_file():
+        raise DataError(run, f"holds no {MODEL}", "give the folder that --out of explore wrote")
+    return run / MODEL if run.is_dir() else run
+
+
+def _split(
+    config: Config, dataset: Dataset, test_source: Dataset | None
+) -> tuple[Sequence[int], Sequence[int]]:
+    """Return the frames to learn from and to test on."""
+    if config.test.every and test_source is None:
+        training, test = every_nth(len(dataset), config.test.every, gap=config.test.gap)
+        return training.tolist(), test.tolist()
+    return range(len(dataset)), []

@@ -1,0 +1,38 @@
+"""Write the saliency of images: a learned model on RGB alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset, Prefetch
+from curiosight.experiments.output import OutputFolder
+from curiosight.frame import Frame, Rgb
+from curiosight.learner import Saliency, SaliencyLearner
+
+
+def map_recording(
+    config: Config, learner: SaliencyLearner, dataset: Dataset, out: OutputFolder
+) -> Iterator[tuple[Frame, Saliency | None, str | None]]:
+    """Map every frame; yield it with its saliency, or None and why there is none.
+
+    Writes <id>.png, 8 bit, of the colour image's size: 255 is a saliency of 1.
+    """
+    with Prefetch(dataset, memory_mb=config.run.memory_mb) as frames:
+        for index in range(len(dataset)):
+            frame = frames[index]
+            frames.expect(range(index + 1, min(index + 4, len(dataset))))
+            problem = unusable(frame.rgb, frame.problem)
+            if problem is not None:
+                yield frame, None, problem
+                continue
+            saliency = learner.saliency(frame.rgb)
+            out.write_image(f"{frame.id}.png", np.rint(255 * saliency).astype(np.uint8))
+            yield frame, saliency, None
+
+
+def unusable(rgb: Rgb, problem: str | None) -> str | None:
+    """Return why an image cannot be mapped; what is wrong with depth or pose does not matter."""
+    return problem if problem is not None and not rgb.any() else None

@@ -1,0 +1,119 @@
+"""The folder that a command writes: never over a user's files without being told to."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Any, TextIO
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.errors import DataError
+
+
+class OutputFolder:
+    """A folder to write results to.
+
+    path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
+        is refused unless `overwrite`; then files of the same names are replaced.
+    """
+
+    def __init__(self, path: Path | None, command: str, *, overwrite: bool = False) -> None:
+        if path is None:
+            path = Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
+        self.path = path
+        with writing(path):
+            if path.is_file():
+                raise DataError(path, "is a file", "choose a folder for --out")
+            if path.is_dir() and any(path.iterdir()) and not overwrite:
+                raise DataError(
+                    path, "exists and is not empty", "choose another --out, or add --overwrite"
+                )
+            path.mkdir(parents=True, exist_ok=True)
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file, completely or not at all."""
+        self._replace(name, text.encode())
+
+    def write_json(self, name: str, content: Any) -> None:
+        """Write JSON-able content, with NaN refused."""
+        self.write_text(name, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+    def write_image(self, name: str, image: npt.NDArray[Any]) -> None:
+        """Write a grey (H, W) uint8 or uint16 or an RGB image; the name's ending says how."""
+        if image.ndim == 3:
+            image = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+        is_encoded, encoded = cv2.imencode(Path(name).suffix, np.ascontiguousarray(image))
+        if not is_encoded:
+            raise ValueError(f"name: expected an image's ending, got {name!r}")
+        self._replace(name, encoded.tobytes())
+
+    def file(self, name: str) -> Path:
+        """Return the path of a file inside, its folder made."""
+        path = self.path / name
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def _replace(self, name: str, content: bytes) -> None:
+        path = self.file(name)
+        partial = path.with_name(path.name + ".partial")
+        with writing(path):
+            try:
+                partial.write_bytes(content)
+                os.replace(partial, path)
+            finally:
+                partial.unlink(missing_ok=True)
+
+
+class TableFile:
+    """A CSV file that is complete up to the last row whenever it is read.
+
+    Numbers are written with six decimals, None as an empty cell.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[str]) -> None:
+        self._path = path
+        self._columns = list(columns)
+        with writing(path):
+            self._file: TextIO = path.open("w", newline="", encoding="utf-8")
+            self._writer = csv.writer(self._file, lineterminator="\n")
+            self._write(self._columns)
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Append a row; every column must be there."""
+        with writing(self._path):
+            self._write([_cell(row[column]) for column in self._columns])
+
+    def close(self) -> None:
+        """Close the file."""
+        with writing(self._path):
+            self._file.close()
+
+    def _write(self, cells: Sequence[Any]) -> None:
+        self._writer.writerow(cells)
+        self._file.flush()
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    return f"{value:.6f}" if isinstance(value, float) else value
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the system says against writing into a `DataError`."""
+    try:
+        yield
+    except OSError as error:
+        remedy = "free some space" if error.errno == errno.ENOSPC else "choose another --out"
+        raise DataError(path, f"cannot be written ({error.strerror})", remedy) from error

@@ -1,0 +1,66 @@
+"""What predictions are tested against: ground truth where there is any, else the teacher."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.frame import Frame, Rgb
+from curiosight.segmentation import Teacher
+
+Labels = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """The frames of a recording to test on, and where their labels come from."""
+
+    kind: Literal["ground truth", "teacher", "nothing"]
+    dataset: Dataset
+    indices: tuple[int, ...]
+    teacher: Teacher | None
+
+    def __iter__(self) -> Iterator[tuple[Frame, Labels]]:
+        """Yield each usable frame with its (H, W) labels; bad frames are passed over."""
+        for index in self.indices:
+            frame = self.dataset[index]
+            if frame.problem is None:
+                yield frame, self._labels(index, frame)
+
+    def labelled_frames(self) -> Iterator[tuple[Rgb, Labels]]:
+        """Yield only images and labels."""
+        return ((frame.rgb, labels) for frame, labels in self)
+
+    def _labels(self, index: int, frame: Frame) -> Labels:
+        if self.kind == "ground truth":
+            labels = self.dataset.ground_truth(index)
+            assert labels is not None
+            return labels
+        assert self.teacher is not None
+        return self.teacher.segment(frame).labels
+
+
+def find_truth(dataset: Dataset, indices: Sequence[int], teacher: Teacher | None) -> Truth:
+    """Return what the frames can be tested against.
+
+    Where any frame has ground truth, only those that have it count; else the teacher's labels
+    stand in.
+    """
+    with_truth = tuple(index for index in indices if dataset.has_ground_truth(index))
+    if with_truth:
+        return Truth("ground truth", dataset, with_truth, teacher)
+    if not len(indices):
+        return Truth("nothing", dataset, (), None)
+    if teacher is None:
+        raise DataError(
+            getattr(dataset, "path", dataset.name),
+            "has neither ground truth nor depth to compare with",
+            "give --ground-truth",
+        )
+    return Truth("teacher", dataset, tuple(indices), teacher)

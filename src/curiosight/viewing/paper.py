@@ -1,0 +1,153 @@
+"""What all figures share: their look, the colours of regions, and how they reach the disk."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from curiosight.errors import DataError
+
+Rgb = tuple[float, float, float]
+Floats = npt.NDArray[np.float64]
+Draw = TypeVar("Draw", bound=Callable[..., Any])
+
+DPI = 150
+# Okabe and Ito's hues, told apart with any colour vision; their yellow is too pale for paper.
+HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+INK = "#222222"
+FAINT = "#8a8a8a"
+
+_STYLE = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "text.color": INK,
+    "text.parse_math": False,  # a frame may be called $1
+    "legend.frameon": False,
+}
+
+
+def with_style(draw: Draw) -> Draw:
+    """Decorate a function that draws: matplotlib's settings are ours while it runs."""
+    return matplotlib.rc_context(_STYLE)(draw)  # type: ignore[return-value]
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of that size in inches, independent of pyplot and of any window."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Figure, path: Path | str) -> None:
+    """Write a figure as PNG, completely or not at all; the same figure gives the same bytes.
+
+    Raises `DataError` where the file cannot be written.
+    """
+    path = Path(path)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        try:
+            figure.savefig(
+                partial,
+                format="png",
+                dpi=DPI,
+                bbox_inches="tight",
+                pad_inches=0.08,
+                metadata={"Software": None},
+            )
+            os.replace(partial, path)
+        finally:
+            partial.unlink(missing_ok=True)
+    except OSError as error:
+        remedy = "free some space" if error.errno == errno.ENOSPC else "choose another --out"
+        raise DataError(path, f"cannot be written ({error.strerror})", remedy) from error
+
+
+def region_colours(names: Sequence[str]) -> list[Rgb]:
+    """Return a colour for each region, RGB in [0, 1].
+
+    Names that differ only in their last word, such as the headings at one place, are shades of
+    one hue, dark to light; where there is one such family, or too many, colours follow the order.
+    """
+    family_of = [name.rpartition(" ")[0] for name in names]
+    families = list(dict.fromkeys(family_of))
+    if not 1 < len(families) <= len(HUES):
+        ramp = colormaps["viridis"](np.linspace(0, 0.92, max(1, len(names))))
+        return [(float(r), float(g), float(b)) for r, g, b, _ in ramp]
+    colours = []
+    for index, family in enumerate(family_of):
+        n_shades = family_of.count(family)
+        shade = family_of[:index].count(family) / max(1, n_shades - 1)
+        colours.append(_shade(HUES[families.index(family)], shade))
+    return colours
+
+
+def _shade(hue: str, shade: float) -> Rgb:
+    """Darken (shade 0) or lighten (shade 1) a hue."""
+    red, green, blue = to_rgb(hue)
+    towards, amount = (0.0, 0.35 - shade) if shade < 0.35 else (1.0, shade - 0.35)
+    return (
+        red + amount * (towards - red),
+        green + amount * (towards - green),
+        blue + amount * (towards - blue),
+    )
+
+
+def label_ends(
+    axes: Axes, ends: Sequence[tuple[float, float, str, Any]], *, gap: float = 0.05
+) -> None:
+    """Write labels to the right of the axes, each joined to the (x, y) where its line ends.
+
+    ends: x, y, text and colour. gap: the least distance of two labels, as a share of the height.
+    """
+    low, high = axes.get_ylim()
+    ends = sorted(ends, key=lambda end: end[1])
+    heights = spread([(end[1] - low) / (high - low) for end in ends], gap)
+    for (x, y, text, colour), height in zip(ends, heights, strict=True):
+        axes.annotate(
+            text,
+            xy=(x, y),
+            xytext=(1.045, height),
+            textcoords="axes fraction",
+            va="center",
+            color=colour,
+            annotation_clip=False,
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "linewidth": 0.8,
+                "shrinkA": 1,
+                "shrinkB": 1,
+                "relpos": (0, 0.5),
+            },
+        )
+
+
+def spread(positions: Sequence[float], gap: float) -> Floats:
+    """Move rising positions in [0, 1] up or down until neighbours are at least `gap` apart.
+
+    Their order stays; where they are too many the gap shrinks.
+    """
+    n = len(positions)
+    steps = min(gap, 1 / max(1, n - 1)) * np.arange(n)
+    apart = np.maximum.accumulate(np.asarray(positions) - steps) + steps
+    spread_out: Floats = np.minimum(apart, 1 - steps[::-1])
+    return spread_out

@@ -1,0 +1,152 @@
+"""Where a run looked: its regions and its path, from above or along the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+
+from curiosight.exploration import Regions
+from curiosight.exploration.from_above import seen_from_above
+from curiosight.frame import Pose
+from curiosight.viewing.paper import (
+    FAINT,
+    INK,
+    Floats,
+    Rgb,
+    new_figure,
+    region_colours,
+    save_figure,
+    with_style,
+)
+
+Ints = npt.NDArray[np.int64]
+
+
+@with_style
+def regions_from_above(
+    poses: Sequence[Pose | None],
+    regions: Regions,
+    visited: Sequence[int],
+    path: Path | str,
+    *,
+    up: npt.ArrayLike | None = None,
+) -> None:
+    """Draw the regions of all views, and where the steps went, with the steps of each region.
+
+    Without any pose the views are laid out along the recording instead of on a map.
+
+    poses: one for each view. visited: the view of each step, in order.
+    up: (3,) world vector against gravity; None = the cameras' mean up axis.
+    """
+    if len(poses) != len(regions.of_view):
+        raise ValueError(
+            f"poses: expected one for each of {len(regions.of_view)} views, got {len(poses)}"
+        )
+    looks = np.array(visited, np.int64)
+    above = seen_from_above(poses, up)
+    colours = _colours_of_views(regions)
+    is_map = bool(np.isfinite(above.positions).any())
+    figure = new_figure(7.2, max(3.4, 0.22 * regions.n_regions + 0.9))
+    left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
+    if is_map:
+        _draw_map(left, above.positions, above.headings, colours, looks)
+    else:
+        _draw_strip(left, colours, looks)
+    _draw_counts(right, regions, looks)
+    save_figure(figure, path)
+
+
+def _colours_of_views(regions: Regions) -> Floats:
+    """Return (n_views, 3) RGB; views in no region are grey."""
+    palette: list[Rgb] = [*region_colours(regions.names), to_rgb("#d0d0d0")]
+    colours: Floats = np.array(palette)[regions.of_view]
+    return colours
+
+
+def _draw_map(
+    axes: Axes, positions: Floats, headings: Floats, colours: Floats, looks: Ints
+) -> None:
+    """Draw each view as an arrow where it looks, the visited ones as dots, larger when often."""
+    known = np.isfinite(headings)
+    extent = float(np.ptp(positions[known], axis=0).max()) or 1.0
+    arrows = 0.05 * extent * np.stack([np.cos(headings), np.sin(headings)], axis=1)
+    way = positions[looks]
+    axes.plot(*way[np.isfinite(way[:, 0])].T, color=FAINT, linewidth=0.5, alpha=0.35, zorder=1)
+    axes.quiver(
+        *positions[known].T,
+        *arrows[known].T,
+        color=colours[known],
+        angles="xy",
+        scale_units="xy",
+        scale=1,
+        width=0.0035,
+        headwidth=4,
+        headlength=5,
+        zorder=2,
+    )
+    views, counts = np.unique(looks[known[looks]], return_counts=True)
+    axes.scatter(
+        *positions[views].T,
+        s=14 * counts,
+        color=colours[views],
+        edgecolor=INK,
+        linewidth=0.5,
+        zorder=3,
+    )
+    ends = np.vstack([positions[known], positions[known] + arrows[known]])
+    margin = 0.03 * extent
+    axes.set_xlim(ends[:, 0].min() - margin, ends[:, 0].max() + margin)
+    axes.set_ylim(ends[:, 1].min() - margin, ends[:, 1].max() + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel("metres")
+    axes.set_ylabel("metres")
+
+
+def _draw_strip(axes: Axes, colours: Floats, looks: Ints) -> None:
+    """Draw the recording as a strip of regions, and above it each step's view, newest on top."""
+    n_views = len(colours)
+    strip_height = max(1.0, 0.06 * len(looks))
+    axes.imshow(
+        colours[None],
+        extent=(-0.5, n_views - 0.5, -strip_height, 0),
+        aspect="auto",
+        interpolation="nearest",
+    )
+    steps = np.arange(len(looks))
+    axes.plot(looks, steps, color=FAINT, linewidth=0.5, alpha=0.5, zorder=1)
+    axes.scatter(looks, steps, s=12, color=colours[looks], edgecolor=INK, linewidth=0.3, zorder=2)
+    axes.set_xlim(-0.5, n_views - 0.5)
+    axes.set_ylim(-strip_height, max(1, len(looks)))
+    axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= len(looks)])
+    axes.set_xlabel("frame of the recording")
+    axes.set_ylabel("step")
+
+
+def _draw_counts(axes: Axes, regions: Regions, looks: Ints) -> None:
+    """Draw a bar for each region, as long as the steps spent there: the key to the colours."""
+    steps = np.bincount(regions.of_view[looks] + 1, minlength=regions.n_regions + 1)[1:]
+    places = np.arange(regions.n_regions)
+    bars = axes.barh(places, steps, color=region_colours(regions.names), height=0.8)
+    axes.bar_label(bars, padding=3, fontsize=8)
+    # A region without a step has no bar: its tick keeps the colour in the key.
+    axes.scatter(
+        np.zeros(len(places)),
+        places,
+        marker="s",
+        s=28,
+        clip_on=False,
+        zorder=3,
+        color=region_colours(regions.names),
+    )
+    axes.set_yticks(places, regions.names, fontsize=8)
+    axes.set_ylim(regions.n_regions - 0.5, -0.5)
+    axes.set_xlim(0, max(1, int(steps.max(initial=0))) * 1.15)
+    axes.set_xticks([])
+    axes.tick_params(axis="y", length=0, pad=6)
+    axes.spines[["bottom", "left"]].set_visible(False)
+    axes.set_title("steps in each region", fontsize=10, loc="left")
