@@ -27,7 +27,7 @@ class Verdict(Enum):
     LARGE = "too large"
     FLAT = "hardly rises over its support"
     FLOATING = "stands on nothing"
-    WALL_PART = "lies on a wall"
+    WALL_PART = "belongs to a wall"
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +121,8 @@ def _judge(
         return Verdict.FAR
     if any(np.median(np.abs(w.distance(xyz))) < settings.wall_gap for w in walls):
         return Verdict.WALL_PART
+    if any(_turns_corner(points, members, wall) for wall in walls):
+        return Verdict.WALL_PART
     over = heights.ravel()[members]
     if np.percentile(over, 90) < 2 * (settings.slab + noise):
         return Verdict.FLAT
@@ -128,6 +130,31 @@ def _judge(
     if np.percentile(over, 2) > foot and _hidden_share(points.depth, members) < 0.4:
         return Verdict.FLOATING
     return Verdict.OBJECT
+
+
+def _turns_corner(points: Points, members: Array, wall: Plane, *, reach: int = 6) -> bool:
+    """Tell whether a cluster is the other face of a wall, round a convex corner.
+
+    It lies behind the wall's plane, and in most of its rows goes over into the wall sideways,
+    without a step. Together they are larger than any object. What stands before a wall meets
+    it in a concave corner and stays out of this.
+
+    reach: cells over the crease, where no normal is known.
+    """
+    if np.median(wall.distance(points.xyz.reshape(-1, 3)[members])) > 0:
+        return False
+    height, width = points.depth.shape
+    v, u = np.unravel_index(members, points.depth.shape)
+    first, last = np.full(height, width), np.full(height, -1)
+    np.minimum.at(first, v, u)
+    np.maximum.at(last, v, u)
+    rows = np.unique(v)
+    for edge, beyond in ((first, -reach), (last, reach)):
+        there = np.clip(edge[rows] + beyond, 0, width - 1)
+        step = np.abs(points.depth[rows, there] - points.depth[rows, edge[rows]])
+        if np.mean(wall.inliers[rows, there] & (step < 0.10)) > 0.5:
+            return True
+    return False
 
 
 def _hidden_share(depth: Array, members: Array, *, step: float = 0.05) -> float:

@@ -37,18 +37,31 @@ class Support:
 
 
 def choose_supports(
-    points: Points, up: Array, *, scene: Scene, camera_height: float | None, noise: float
+    points: Points,
+    up: Array,
+    *,
+    scene: Scene,
+    camera_height: float | None,
+    table_heights: tuple[float, ...] = (),
+    noise: float,
 ) -> list[Support]:
     """Return the supports in view, lowest first; empty when there is none.
 
     scene: what the lowest support is.
     camera_height: metres over the floor where the recording tells it: then the floor is
         known even where it is hidden, and nothing below it is a support.
+    table_heights: metres over the floor; a plane there is a table even where little of it is
+        in view.
     """
     band = noise_band(points, 0.008, noise)
     planes = find_supports(points, up, band=band, max_range=FLOOR.max_range)
     main = max(planes, key=lambda plane: _area(points, plane), default=None)
-    planes = [p for p in planes if p is main or _is_large(points, p, up)]
+    known = [camera_height - h for h in table_heights] if camera_height is not None else []
+    planes = [
+        p
+        for p in planes
+        if p is main or _is_large(points, p, up) or any(abs(p.offset - k) < 0.06 for k in known)
+    ]
     if camera_height is not None:
         floor = _floor_at(points, up, planes, camera_height, band)
         planes = [p for p in planes if p.offset < floor.offset - SAME_HEIGHT]
@@ -58,6 +71,13 @@ def choose_supports(
         is_table = scene == "table" or rank > 0
         supports.append(Support(plane, TABLE if is_table else FLOOR, is_table))
     return supports
+
+
+def share_below(points: Points, plane: Plane) -> float:
+    """Return the share of the points with a reading that lie clearly below a plane."""
+    seen = np.isfinite(points.depth)
+    gap = 0.10 + 0.02 * points.depth[seen] ** 2
+    return float(np.mean(plane.distance(points.xyz[seen]) < -gap))
 
 
 def _lowest(planes: list[Plane]) -> list[Plane]:

@@ -13,7 +13,7 @@ from curiosight.frame import Frame, Pose
 from curiosight.segmentation.planes import Plane, find_supports, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import FLOOR
-from curiosight.segmentation.supports import Scene
+from curiosight.segmentation.supports import MIN_TABLE_AREA, SAME_HEIGHT, Scene, share_below
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
 
 Array = npt.NDArray[Any]
@@ -27,11 +27,13 @@ class Survey:
     scene: what the lowest support in view is; its objects and gaps are larger on a floor.
     up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
     floor_height: metres along `up_world`; None = not known.
+    table_heights: metres over the floor, of the tables that several frames show well.
     """
 
     scene: Scene = "floor"
     up_world: Array | None = None
     floor_height: float | None = None
+    table_heights: tuple[float, ...] = ()
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""
@@ -57,7 +59,7 @@ def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
         floor = _lowest_peak(heights, areas)
         spread = heights.max() - floor if floor is not None else 0.0
         if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
-            return Survey("floor", up, floor)
+            return Survey("floor", up, floor, _table_heights(heights - floor, areas))
     if scene == "auto":
         scene = _scene_of(observed, up)
     return Survey("table" if scene == "table" else "floor", up)
@@ -113,6 +115,19 @@ def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float |
     return float(np.average(heights[near], weights=areas[near]))
 
 
+def _table_heights(heights: Array, areas: Array, *, min_frames: int = 3) -> tuple[float, ...]:
+    """Return the heights over the floor at which several frames show a table's area."""
+    is_table = (areas >= MIN_TABLE_AREA) & (heights > 2 * SAME_HEIGHT)
+    tables: list[float] = []
+    remaining = np.sort(heights[is_table])
+    while len(remaining):
+        near = np.abs(remaining - remaining[0]) < SAME_HEIGHT
+        if np.count_nonzero(near) >= min_frames:
+            tables.append(float(np.median(remaining[near])))
+        remaining = remaining[~near]
+    return tuple(tables)
+
+
 def _scene_of(observed: list[tuple[Points, Pose | None]], up_world: Array | None) -> Scene:
     """Return what the lowest support is in most frames."""
     votes = []
@@ -132,7 +147,6 @@ def _looks_like_table(points: Points, lowest: Plane) -> bool:
     """Tell a table by what lies below its plane, or by ending near with nothing beyond."""
     seen = np.isfinite(points.depth)
     depth = points.depth[seen]
-    is_below = lowest.distance(points.xyz[seen]) < -0.10 - 0.02 * depth**2
     reach = np.percentile(points.depth[lowest.inliers], 95)
     ends_near = reach < 2.0 and np.percentile(depth, 95) < 1.15 * reach
-    return bool(is_below.mean() > 0.03 or ends_near)
+    return share_below(points, lowest) > 0.03 or bool(ends_near)

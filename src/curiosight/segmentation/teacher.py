@@ -13,13 +13,14 @@ from curiosight.segmentation.objects import Cluster, Verdict, find_clusters
 from curiosight.segmentation.planes import Mask, Plane, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import FLOOR
-from curiosight.segmentation.supports import Support, above_footprint, choose_supports
+from curiosight.segmentation.supports import Support, above_footprint, choose_supports, share_below
 from curiosight.segmentation.survey import Survey
-from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals
+from curiosight.segmentation.up import ups_from_normals
 from curiosight.segmentation.walls import find_walls
 
 Array = npt.NDArray[Any]
-MAX_TILT_FROM_SURVEY = np.radians(6)
+# More of the points below the lowest support, and it is no floor.
+MAX_SHARE_BELOW = 0.10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,34 +63,52 @@ class Teacher:
         self.survey = survey or Survey()
 
     def segment(self, frame: Frame) -> Segmentation:
-        """Label every pixel of a frame; without depth or a support all is unknown."""
+        """Label every pixel of a frame; without depth or a support all is unknown.
+
+        A frame with a problem teaches nothing: what it shows may not be what is there.
+        """
         if frame.depth is None or frame.camera is None:
             shape = frame.rgb.shape[:2]
-            return _nothing(np.full(shape, np.nan, np.float32), "the frame has no depth")
+            return _nothing(
+                np.full(shape, np.nan, np.float32), frame.problem or "the frame has no depth"
+            )
+        if frame.problem is not None:
+            return _nothing(frame.depth, frame.problem)
         if not np.isfinite(frame.depth).any():
-            return _nothing(frame.depth, frame.problem or "the depth image has no reading")
+            return _nothing(frame.depth, "the depth image has no reading")
         points = observe_points(frame.depth, frame.camera)
-        up = self._up(points, frame)
-        if up is None:
-            return _nothing(frame.depth, "no horizontal surface is in view")
-        supports = choose_supports(
-            points,
-            up,
-            scene=self.survey.scene,
-            camera_height=self.survey.camera_height(frame.T_world_camera),
-            noise=FLOOR.noise,
-        )
+        supports = self._supports(points, frame)
         if not any(support.plane.inliers.any() for support in supports):
             return _nothing(frame.depth, "no support plane is in view")
         return _label(frame.depth, frame.camera, points, supports)
 
-    def _up(self, points: Points, frame: Frame) -> Array | None:
-        """Return up in the camera's frame: from the pose where it tells, else from surfaces."""
-        if self.survey.up_world is not None and frame.T_world_camera is not None:
-            up: Array = frame.T_world_camera[:3, :3].T @ self.survey.up_world
-            return up
+    def _supports(self, points: Points, frame: Frame) -> list[Support]:
+        """Return the supports in view, lowest first; empty when there is none.
+
+        Where no pose tells which way is up, surfaces do: what most of them face, unless much
+        lies below the lowest support then, as when the largest surface is a box's side.
+        """
+        pose, scene = frame.T_world_camera, self.survey.scene
+        if self.survey.up_world is not None and pose is not None:
+            return choose_supports(
+                points,
+                pose[:3, :3].T @ self.survey.up_world,
+                scene=scene,
+                camera_height=self.survey.camera_height(pose),
+                table_heights=self.survey.table_heights,
+                noise=FLOOR.noise,
+            )
         keep = points.area > 0
-        return up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
+        first: list[Support] = []
+        for up in ups_from_normals(points.normals[keep], points.area[keep]):
+            supports = choose_supports(
+                points, up, scene=scene, camera_height=None, noise=FLOOR.noise
+            )
+            if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
+                return supports
+            first = first or supports
+        # Below a table there is much to see; below a floor there is not.
+        return first if scene == "table" else []
 
 
 def _nothing(depth: Array, problem: str) -> Segmentation:
@@ -163,8 +182,8 @@ def _cluster_all(
     for support in reversed(supports):
         heights = support.heights(points)
         slab = noise_band(points, support.settings.slab, support.settings.noise)
-        # Free points inside the slab face elsewhere: the foot of what stands there.
-        over = free & (heights > -slab) & (heights < support.settings.max_height)
+        # What is free inside the slab faces elsewhere: the foot of something, or a crease.
+        over = free & (heights > slab / 2) & (heights < support.settings.max_height)
         if support.is_table:
             inside = above_footprint(points, support.plane)
             on_table = over & inside
@@ -179,18 +198,20 @@ def _cluster_all(
     return number, clusters
 
 
-def border_mask(camera: Camera, stride: int, border_px: int) -> Mask:
-    """(h, w) bool on the grid: the image's frame, and what lies outside the depth sensor's view.
+def border_mask(camera: Camera, stride: int, border_px: int, outline_px: int = 4) -> Mask:
+    """(h, w) bool on the grid: the image's frame, and what the depth sensor's view leaves out.
 
-    The view's outline is the one of its whole rectangle (`Camera.depth_window`): holes and
-    shadows inside it are no border.
+    The view is the sensor's whole rectangle (`Camera.depth_window`), less `outline_px`, within
+    which registration can shift it: holes and shadows inside it are no border.
     """
-    u_min, v_min, u_max, v_max = camera.depth_window or (0, 0, camera.width, camera.height)
-    u_min, v_min = max(u_min, 0), max(v_min, 0)
-    u_max, v_max = min(u_max, camera.width), min(v_max, camera.height)
-    border = np.ones((camera.height, camera.width), np.bool_)
-    border[v_min + border_px : v_max - border_px, u_min + border_px : u_max - border_px] = False
-    return border[::stride, ::stride]
+    rows, columns = np.arange(0, camera.height, stride), np.arange(0, camera.width, stride)
+    window = camera.depth_window or (0, 0, camera.width, camera.height)
+    u_min, v_min = (max(border_px, low + outline_px) for low in window[:2])
+    u_max = min(camera.width - border_px, window[2] - outline_px)
+    v_max = min(camera.height - border_px, window[3] - outline_px)
+    is_inside = ((rows >= v_min) & (rows < v_max))[:, None]
+    border: Mask = ~(is_inside & (columns >= u_min) & (columns < u_max))
+    return border
 
 
 def _enlarge(grid: Array, stride: int, shape: tuple[int, ...]) -> Array:

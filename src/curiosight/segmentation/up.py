@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -25,18 +25,33 @@ def up_from_normals(
     normals: (n, 3) unit vectors; area: (n,) their weights. None when hardly any surface lies
     in that cone: then nothing horizontal is in view.
     """
+    return next(ups_from_normals(normals, area, prior=prior, max_angle=max_angle), None)
+
+
+def ups_from_normals(
+    normals: Array,
+    area: Array,
+    *,
+    prior: Array = CAMERA_UP_PRIOR,
+    max_angle: float = np.radians(45),
+    max_candidates: int = 3,
+) -> Iterator[Array]:
+    """Yield what may be up as `up_from_normals` does, then what the remaining surface faces."""
     weights = np.where(np.isfinite(normals[:, 0]), area, 0).astype(np.float64)
     total = weights.sum()
     inside = (normals @ prior.astype(normals.dtype) > np.cos(max_angle)) & (weights > 0)
-    if total == 0 or weights[inside].sum() < 0.02 * total:
-        return None
     normals, weights = normals[inside].astype(np.float64), weights[inside]
-    up = _densest(normals, weights, prior)
-    for width in np.radians((12, 8, 5)):
-        near = normals @ up > np.cos(width)
-        mean = weights[near] @ normals[near]
-        up = mean / np.linalg.norm(mean)
-    return up
+    for _ in range(max_candidates):
+        if total == 0 or weights.sum() < 0.02 * total:
+            return
+        up = _densest(normals, weights, prior)
+        for width in np.radians((12, 8, 5)):
+            near = normals @ up > np.cos(width)
+            mean = weights[near] @ normals[near]
+            up = mean / np.linalg.norm(mean)
+        yield up
+        others = normals @ up < np.cos(np.radians(15))
+        normals, weights = normals[others], weights[others]
 
 
 def _densest(normals: Array, weights: Array, prior: Array, step: float = 0.07) -> Array:

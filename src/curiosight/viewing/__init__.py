@@ -1,0 +1,1 @@
+"""Pictures of results, and what is seen while they are made; nothing ever calls them."""

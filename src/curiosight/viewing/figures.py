@@ -1,32 +1,19 @@
-"""The figures of a run: how the error fell, where time went, what was learned (sec. III)."""
+"""The figures of a run: how the error fell, where time went, how well it ranks (sec. III)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.patches import Patch
 
-from curiosight.frame import Label, Rgb
 from curiosight.metrics import Ranking
-from curiosight.segmentation import Segmentation
-from curiosight.viewing.overlays import (
-    LABEL_COLOURS,
-    LABEL_NAMES,
-    OUTLINE_COLOUR,
-    overlay_labels,
-)
 from curiosight.viewing.paper import (
     FAINT,
     HUES,
-    INK,
     label_ends,
     new_figure,
     region_colours,
@@ -50,24 +37,11 @@ class StepRecord(Protocol):
     def overall_error(self) -> float | None: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Example:
-    """A frame to show: its colour image, what the teacher said of it, what was predicted.
-
-    saliency: (h, w) in [0, 1], of the image's shape or of the shrunken image's.
-    """
-
-    caption: str
-    rgb: Rgb
-    segmentation: Segmentation
-    saliency: npt.NDArray[np.floating]
-
-
 @with_style
 def learning_curve(rows: Sequence[StepRecord], path: Path | str, *, n_mean: int = 10) -> None:
     """Draw the overall error and the error of each step (eq. 1) over the steps.
 
-    n_mean: steps of the moving mean, which ends at its step and leaves undefined errors out.
+    n_mean: steps whose error is defined that the moving mean takes, its own the last.
     """
     _check_any("rows", rows)
     steps = np.array([row.step for row in rows])
@@ -75,16 +49,17 @@ def learning_curve(rows: Sequence[StepRecord], path: Path | str, *, n_mean: int 
     figure = new_figure(7.2, 3.4)
     axes = figure.add_subplot()
     axes.plot(steps, errors, ".", color=FAINT, markersize=3.5, alpha=0.6)
+    is_defined = np.isfinite(errors)
+    mean = moving_mean(errors[is_defined], n_mean)
     ends = []
-    for values, name, colour, width in (
-        (moving_mean(errors, n_mean), f"each step\n(mean of {n_mean})", FAINT, 1.2),
-        (overall, "overall", HUES[0], 2.4),
+    for x, values, name, colour, width in (
+        (steps[is_defined], mean, f"each step\n(mean of {n_mean})", FAINT, 1.2),
+        (steps, overall, "overall", HUES[0], 2.4),
     ):
-        axes.plot(steps, values, color=colour, linewidth=width, solid_joinstyle="round")
-        if (defined := np.flatnonzero(np.isfinite(values))).size:
-            last = defined[-1]
-            text = f"{name} {values[last]:.2f}" if values is overall else name
-            ends.append((steps[last], values[last], text, INK if values is not overall else colour))
+        axes.plot(x, values, color=colour, linewidth=width)
+        if np.isfinite(values).any():
+            last = np.flatnonzero(np.isfinite(values))[-1]
+            ends.append((x[last], values[last], f"{name} {values[last]:.2f}", colour))
     _frame_errors(axes, steps)
     label_ends(axes, ends, gap=0.16)
     save_figure(figure, path)
@@ -114,43 +89,12 @@ def time_per_region(
     axes.set_ylim(0, 1)
     axes.set_xlabel("step")
     axes.set_ylabel(f"share of {min(n_window, len(rows))} steps")
-    tops = np.cumsum(shares[:, -1])
-    middles = tops - shares[:, -1] / 2
-    label_ends(
-        axes,
-        [
-            (steps[-1], middle, name, INK if share else FAINT)
-            for middle, name, share in zip(middles, region_names, shares[:, -1], strict=True)
-        ],
-        gap=0.062,
-    )
-    save_figure(figure, path)
-
-
-@with_style
-def examples(shown: Sequence[Example], path: Path | str) -> None:
-    """Draw a row for each example: colour, the teacher's labels, the saliency."""
-    _check_any("shown", shown)
-    height, width = shown[0].rgb.shape[:2]
-    figure = new_figure(7.2, len(shown) * 2.32 * height / width + 0.75)
-    grid = figure.subplots(len(shown), 3, squeeze=False)
-    for panels, example in zip(grid, shown, strict=True):
-        panels[0].imshow(example.rgb)
-        panels[1].imshow(overlay_labels(example.rgb, example.segmentation))
-        panels[2].imshow(example.saliency, cmap="inferno", vmin=0, vmax=1)
-        panels[0].set_ylabel(example.caption, fontsize=8)
-        for panel in panels:
-            panel.set_xticks([])
-            panel.set_yticks([])
-            panel.spines[:].set_visible(False)
-    titles = ("colour", "what depth says", "saliency from colour")
-    for panel, title in zip(grid[0], titles, strict=True):
-        panel.set_title(title, fontsize=10)
-    figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.01)
-    figure.legend(handles=_label_patches(), loc="outside lower left", ncols=4, fontsize=8)
-    heat = ScalarMappable(Normalize(0, 1), "inferno")
-    bar = figure.colorbar(heat, ax=grid[-1, 2], location="bottom", pad=0.02, fraction=0.06)
-    bar.ax.tick_params(labelsize=8)
+    middles = np.cumsum(shares[:, -1]) - shares[:, -1] / 2
+    ends = [
+        (steps[-1], middle, name, colour)
+        for middle, name, colour in zip(middles, region_names, colours, strict=True)
+    ]
+    label_ends(axes, ends, gap=0.062)
     save_figure(figure, path)
 
 
@@ -179,27 +123,25 @@ def roc(rankings: Mapping[str, Ranking], path: Path | str) -> None:
 
 
 def moving_mean(values: Floats, n_mean: int) -> Floats:
-    """Return the mean of each value and those before it, `n_mean` in all; NaN are left out."""
-    known = np.isfinite(values)
-    sums = np.cumsum(np.where(known, values, 0))
-    counts = np.cumsum(known)
-    sums[n_mean:] -= sums[:-n_mean].copy()
-    counts[n_mean:] -= counts[:-n_mean].copy()
-    means: Floats = np.divide(sums, counts, out=np.full(len(values), np.nan), where=counts > 0)
+    """Return the mean of each value and those before it, `n_mean` of them where there are."""
+    sums = np.pad(np.cumsum(values), (1, 0))
+    after = np.arange(1, len(values) + 1)
+    first = np.maximum(0, after - n_mean)
+    means: Floats = (sums[after] - sums[first]) / (after - first)
     return means
 
 
 def window_shares(regions: npt.NDArray[np.int64], n_regions: int, n_window: int) -> Floats:
     """Return the share of each region in a window around each step, (n_regions, n_steps).
 
-    At the ends the window is cut; steps in no region (-1) belong to no share.
+    At the ends the window stays whole, no longer centred. Steps in no region (-1) count
+    for none.
     """
     is_there = regions[None, :] == np.arange(n_regions)[:, None]
     counted = np.pad(np.cumsum(is_there, axis=1), ((0, 0), (1, 0)))
-    steps = np.arange(len(regions))
-    first = np.maximum(0, steps - n_window // 2)
-    after = np.minimum(len(regions), steps - n_window // 2 + n_window)
-    shares: Floats = (counted[:, after] - counted[:, first]) / (after - first)
+    n_window = min(n_window, len(regions))
+    first = np.clip(np.arange(len(regions)) - n_window // 2, 0, len(regions) - n_window)
+    shares: Floats = (counted[:, first + n_window] - counted[:, first]) / n_window
     return shares
 
 
@@ -219,19 +161,3 @@ def _frame_errors(axes: Axes, steps: npt.NDArray[np.int64]) -> None:
     axes.set_ylabel("error, 1 − F1")
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
-
-
-def _label_patches() -> list[Patch]:
-    """Return a swatch for each label, as the overlays paint it."""
-
-    def paint(colour: tuple[int, int, int]) -> tuple[float, ...]:
-        return tuple(value / 255 for value in colour)
-
-    looks = {
-        Label.SALIENT: {"edgecolor": paint(OUTLINE_COLOUR), "linewidth": 1.5},
-        Label.UNKNOWN: {"hatch": "////", "edgecolor": "white", "linewidth": 0},
-    }
-    return [
-        Patch(facecolor=paint(colour), label=LABEL_NAMES[label], **looks.get(label, {}))
-        for label, colour in LABEL_COLOURS.items()
-    ]

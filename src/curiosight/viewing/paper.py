@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -21,7 +21,6 @@ from curiosight.errors import DataError
 
 Rgb = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]
-Draw = TypeVar("Draw", bound=Callable[..., Any])
 
 DPI = 150
 # Okabe and Ito's hues, told apart with any colour vision; their yellow is too pale for paper.
@@ -29,7 +28,7 @@ HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#222222"
 FAINT = "#8a8a8a"
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
     "font.size": 10,
     "axes.spines.top": False,
@@ -44,9 +43,8 @@ _STYLE = {
 }
 
 
-def with_style(draw: Draw) -> Draw:
-    """Decorate a function that draws: matplotlib's settings are ours while it runs."""
-    return matplotlib.rc_context(_STYLE)(draw)  # type: ignore[return-value]
+# Decorates whatever draws: matplotlib's settings are ours while it runs, and no longer.
+with_style = matplotlib.rc_context(_STYLE)
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -122,23 +120,17 @@ def label_ends(
     ends = sorted(ends, key=lambda end: end[1])
     heights = spread([(end[1] - low) / (high - low) for end in ends], gap)
     for (x, y, text, colour), height in zip(ends, heights, strict=True):
+        joint = {"color": colour, "arrowstyle": "-", "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
         axes.annotate(
-            text,
+            "",
             xy=(x, y),
-            xytext=(1.045, height),
+            xytext=(1.04, height),
             textcoords="axes fraction",
-            va="center",
-            color=colour,
+            arrowprops=joint,
             annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": colour,
-                "linewidth": 0.8,
-                "shrinkA": 1,
-                "shrinkB": 1,
-                "relpos": (0, 0.5),
-            },
         )
+        axes.plot(1.045, height, "s", color=colour, clip_on=False, transform=axes.transAxes)
+        axes.text(1.065, height, text, va="center", transform=axes.transAxes)
 
 
 def spread(positions: Sequence[float], gap: float) -> Floats:

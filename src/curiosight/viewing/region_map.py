@@ -76,7 +76,7 @@ def _draw_map(
     extent = float(np.ptp(positions[known], axis=0).max()) or 1.0
     arrows = 0.05 * extent * np.stack([np.cos(headings), np.sin(headings)], axis=1)
     way = positions[looks]
-    axes.plot(*way[np.isfinite(way[:, 0])].T, color=FAINT, linewidth=0.5, alpha=0.35, zorder=1)
+    axes.plot(*way[np.isfinite(way[:, 0])].T, color=FAINT, linewidth=0.6, alpha=0.5, zorder=1)
     axes.quiver(
         *positions[known].T,
         *arrows[known].T,
@@ -91,18 +91,18 @@ def _draw_map(
     )
     views, counts = np.unique(looks[known[looks]], return_counts=True)
     axes.scatter(
-        *positions[views].T,
+        positions[views, 0],
+        positions[views, 1],
         s=14 * counts,
         color=colours[views],
         edgecolor=INK,
         linewidth=0.5,
         zorder=3,
     )
-    ends = np.vstack([positions[known], positions[known] + arrows[known]])
-    margin = 0.03 * extent
-    axes.set_xlim(ends[:, 0].min() - margin, ends[:, 0].max() + margin)
-    axes.set_ylim(ends[:, 1].min() - margin, ends[:, 1].max() + margin)
-    axes.set_aspect("equal")
+    # The arrows' tips count too, which matplotlib would let stick out.
+    axes.update_datalim(positions[known] + arrows[known])
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("metres")
     axes.set_ylabel("metres")
 
@@ -113,7 +113,7 @@ def _draw_strip(axes: Axes, colours: Floats, looks: Ints) -> None:
     strip_height = max(1.0, 0.06 * len(looks))
     axes.imshow(
         colours[None],
-        extent=(-0.5, n_views - 0.5, -strip_height, 0),
+        extent=(-0.5, n_views - 0.5, -1.5 * strip_height, -0.5 * strip_height),
         aspect="auto",
         interpolation="nearest",
     )
@@ -121,7 +121,7 @@ def _draw_strip(axes: Axes, colours: Floats, looks: Ints) -> None:
     axes.plot(looks, steps, color=FAINT, linewidth=0.5, alpha=0.5, zorder=1)
     axes.scatter(looks, steps, s=12, color=colours[looks], edgecolor=INK, linewidth=0.3, zorder=2)
     axes.set_xlim(-0.5, n_views - 0.5)
-    axes.set_ylim(-strip_height, max(1, len(looks)))
+    axes.set_ylim(-1.5 * strip_height, max(1, len(looks)))
     axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= len(looks)])
     axes.set_xlabel("frame of the recording")
     axes.set_ylabel("step")
@@ -131,22 +131,24 @@ def _draw_counts(axes: Axes, regions: Regions, looks: Ints) -> None:
     """Draw a bar for each region, as long as the steps spent there: the key to the colours."""
     steps = np.bincount(regions.of_view[looks] + 1, minlength=regions.n_regions + 1)[1:]
     places = np.arange(regions.n_regions)
-    bars = axes.barh(places, steps, color=region_colours(regions.names), height=0.8)
+    colours = region_colours(regions.names)
+    bars = axes.barh(places, steps, color=colours, height=0.7)
     axes.bar_label(bars, padding=3, fontsize=8)
-    # A region without a step has no bar: its tick keeps the colour in the key.
+    # A region without a step has no bar, but a colour of its own on the map.
+    beside = axes.get_yaxis_transform()
     axes.scatter(
-        np.zeros(len(places)),
+        np.full(len(places), -0.05),
         places,
-        marker="s",
         s=28,
+        c=colours,
+        marker="s",
+        transform=beside,
         clip_on=False,
-        zorder=3,
-        color=region_colours(regions.names),
     )
     axes.set_yticks(places, regions.names, fontsize=8)
     axes.set_ylim(regions.n_regions - 0.5, -0.5)
     axes.set_xlim(0, max(1, int(steps.max(initial=0))) * 1.15)
     axes.set_xticks([])
-    axes.tick_params(axis="y", length=0, pad=6)
+    axes.tick_params(axis="y", length=0, pad=14)
     axes.spines[["bottom", "left"]].set_visible(False)
     axes.set_title("steps in each region", fontsize=10, loc="left")

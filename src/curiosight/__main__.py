@@ -1,0 +1,5 @@
+"""Run `python -m curiosight`."""
+
+from curiosight.cli import main
+
+main()

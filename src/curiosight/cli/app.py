@@ -1,0 +1,59 @@
+"""Put the commands together, and turn a user's mistake into one line."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+from typer.exceptions import Exit, TyperException
+
+from curiosight.cli import evaluate, explore, info, learn, map, segment
+from curiosight.errors import DataError
+
+INTERRUPTED = 130
+
+app = typer.Typer(
+    help="Teach a camera to see the objects of its own rooms: depth shows what an object is, "
+    "the program learns how such things look, and then finds them in colour alone.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("info")(info.info)
+app.command("explore")(explore.explore)
+app.command("learn")(learn.learn)
+app.command("map")(map.map_)
+app.command("evaluate")(evaluate.evaluate)
+app.command("segment")(segment.segment)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit: 0, 2 = a mistake that one line explains, 130 = Ctrl-C."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the command line and return the exit status."""
+    try:
+        status = app(arguments, prog_name="curiosight", standalone_mode=False)
+        return status if isinstance(status, int) else 0
+    except Exit as wish:
+        return wish.exit_code
+    except TyperException as mistake:
+        return _refuse(f"{mistake.format_message()} (see `curiosight --help`)")
+    except (DataError, ValueError) as mistake:
+        return _refuse(str(mistake))
+    except KeyboardInterrupt:
+        print("curiosight: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read our output has seen enough; Python would complain once more at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _refuse(text: str) -> int:
+    print("curiosight: " + " ".join(text.split()), file=sys.stderr)
+    return 2

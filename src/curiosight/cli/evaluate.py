@@ -1,0 +1,108 @@
+"""curiosight evaluate: how good saliency maps are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+
+from curiosight.cli import options
+from curiosight.cli.talk import Talk, open_source
+from curiosight.config import Config, load_config
+from curiosight.evaluation import PARTS, SplitKind
+from curiosight.experiments.evaluating import CrossValidation, Evaluation
+from curiosight.experiments.exploring import load_run_model
+from curiosight.experiments.output import OutputFolder
+from curiosight.learner import SaliencyLearner
+from curiosight.viewing.figures import roc
+from curiosight.viewing.live import announce_compilation
+
+
+def evaluate(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="[RUN] SOURCE",
+            help="A run and the recording to test it on; with --folds only the recording.",
+        ),
+    ],
+    folds: Annotated[
+        int | None,
+        typer.Option(help="Train on all but one K-th and test on it, K times.", metavar="K"),
+    ] = None,
+    split: Annotated[
+        str,
+        typer.Option(
+            help="Fold by single frames (separate scenes) or by blocks (a moving camera)."
+        ),
+    ] = "frames",
+    ground_truth: options.GroundTruth = None,
+    seed: options.Seed = None,
+    scene: options.Scene = None,
+    preset: options.Preset = None,
+    config: options.ConfigFile = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Score saliency against ground truth, or against the teacher where there is none.
+
+    Writes metrics.json (pooled and per frame: ROC AUC, average precision, best F1, F1 at 0.5,
+    overall error; also where the teacher knew nothing and beyond its range) and roc.png.
+    """
+    talk = Talk(quiet=quiet, as_json=json)
+    settings = load_config(preset, config, {"run.seed": seed, "teacher.scene": scene})
+    evaluation = _prepare(talk, settings, paths, folds, split, ground_truth)
+    folder = OutputFolder(out, "evaluate", overwrite=overwrite)
+    with announce_compilation(talk.console), talk.following("evaluate", len(evaluation)) as shown:
+        for _ in evaluation:
+            shown.advance()
+    metrics = evaluation.metrics()
+    folder.write_json("metrics.json", metrics)
+    rankings = {part.replace("_", " "): evaluation.scores.ranking(part) for part in PARTS}
+    roc(
+        {name: ranking for name, ranking in rankings.items() if ranking.roc_auc is not None},
+        folder.file("roc.png"),
+    )
+    rows = _rows(metrics)
+    rows["written to"] = folder.path
+    talk.results("evaluate", rows, {**metrics, "out": str(folder.path)})
+
+
+def _prepare(
+    talk: Talk,
+    config: Config,
+    paths: list[Path],
+    folds: int | None,
+    split: str,
+    ground_truth: Path | None,
+) -> Evaluation | CrossValidation:
+    if folds is None:
+        if len(paths) != 2:
+            raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
+        run, source = paths
+        learner = SaliencyLearner.load(load_run_model(run))
+        return Evaluation(config, learner, open_source(talk, source, ground_truth))
+    if len(paths) != 1:
+        raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
+    dataset = open_source(talk, paths[0], ground_truth)
+    return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split))
+
+
+def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
+    """Return what a person wants to see of the metrics."""
+    pooled = metrics["pooled"]
+    rows = {
+        "tested on": metrics["truth"],
+        "frames": metrics["n_frames"],
+        "overall error (1 - F1)": metrics["overall_error"],
+        "ROC AUC": pooled["all"]["roc_auc"],
+        "average precision": pooled["all"]["average_precision"],
+        "best F1": pooled["all"]["best_f1"],
+        "F1 at 0.5": pooled["all"]["f1"],
+    }
+    for part in PARTS[1:]:
+        rows[f"ROC AUC, {part.replace('_', ' ')}"] = pooled[part]["roc_auc"]
+    return rows

@@ -1,0 +1,193 @@
+"""curiosight explore: the loop on a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from curiosight.cli import options
+from curiosight.cli.talk import Talk, open_source, warn_of_problems
+from curiosight.config import load_config
+from curiosight.experiments.exploring import Exploration, load_run_model
+from curiosight.experiments.output import OutputFolder
+from curiosight.explore import Step
+from curiosight.viewing.examples import Example
+from curiosight.viewing.examples import examples as draw_examples
+from curiosight.viewing.figures import learning_curve, time_per_region
+from curiosight.viewing.live import announce_compilation, describe_step
+from curiosight.viewing.region_map import regions_from_above
+
+N_EXAMPLES = 4
+EXPLORING = "Exploring"
+TESTING = "Testing"
+
+
+def explore(
+    source: options.Source,
+    strategy: Annotated[
+        str | None,
+        typer.Option(
+            help="chronological, random, or iac = where it learns fastest.",
+            rich_help_panel=EXPLORING,
+            show_default="iac",
+        ),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(help="Frames to look at.", rich_help_panel=EXPLORING, show_default="200"),
+    ] = None,
+    regions: Annotated[
+        str | None,
+        typer.Option(
+            help="pose, pose:3x2x4 (a grid), time:5 (slices), or a file of `id,region` lines.",
+            rich_help_panel=EXPLORING,
+            show_default="pose where there are poses, else time:5",
+        ),
+    ] = None,
+    from_: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="RUN", help="Go on with a run's model.", rich_help_panel=EXPLORING
+        ),
+    ] = None,
+    test_every: Annotated[
+        int | None,
+        typer.Option(
+            metavar="J",
+            help="Keep every J-th frame for testing; gives the overall error at every step.",
+            rich_help_panel=TESTING,
+        ),
+    ] = None,
+    gap: Annotated[
+        int | None,
+        typer.Option(
+            help="Frames left out on each side of a test frame.",
+            rich_help_panel=TESTING,
+            show_default="3",
+        ),
+    ] = None,
+    test: Annotated[
+        Path | None,
+        typer.Option(metavar="SOURCE2", help="Test on another recording.", rich_help_panel=TESTING),
+    ] = None,
+    ground_truth: options.GroundTruth = None,
+    seed: options.Seed = None,
+    scene: options.Scene = None,
+    threads: options.Threads = None,
+    preset: options.Preset = None,
+    config: options.ConfigFile = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
+
+    Writes config.toml, steps.csv, timings.csv, model.npz, summary.json and figures/. Ctrl-C
+    ends a run early and keeps all of it.
+    """
+    talk = Talk(quiet=quiet, as_json=json)
+    settings = load_config(
+        preset,
+        config,
+        {
+            "explorer.strategy": strategy,
+            "explorer.n_steps": steps,
+            "explorer.regions": regions,
+            "test.every": test_every,
+            "test.gap": gap,
+            "run.seed": seed,
+            "run.n_threads": threads,
+            "teacher.scene": scene,
+        },
+    )
+    if test is not None and test_every is not None:
+        raise ValueError("test: expected --test or --test-every, got both")
+    dataset = open_source(talk, source, ground_truth if test is None else None)
+    test_source = None if test is None else open_source(talk, test, ground_truth)
+    continued = None if from_ is None else load_run_model(from_)
+    folder = OutputFolder(out, "explore", overwrite=overwrite)
+    with announce_compilation(talk.console):
+        run = Exploration(settings, dataset, folder, test_source=test_source, continued=continued)
+        talk.note(
+            f"{run.regions.n_regions} regions ({run.regions.kind}), scene: "
+            f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
+        )
+        examples, is_interrupted = _follow(talk, run)
+    summary = run.finish()
+    _draw(run, folder, examples)
+    warn_of_problems(talk, run.problems, len(run.rows))
+    if run.learner.forest.is_trained is False:
+        talk.warn("nothing was learned: no frame showed both an object and its surroundings")
+    talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
+    if is_interrupted:
+        talk.note(f"interrupted after {len(run.rows)} steps; run and model are kept")
+        raise typer.Exit(130)
+
+
+def _follow(talk: Talk, run: Exploration) -> tuple[list[Step], bool]:
+    """Run the loop to its end or to Ctrl-C; return some of its last steps, and which it was."""
+    n_steps = run.config.explorer.n_steps
+    examples: list[Step] = []
+    with talk.following("explore", n_steps) as shown:
+        try:
+            for step, row in run:
+                name = run.regions.names[row.region] if row.region >= 0 else None
+                shown.advance(describe_step(row.error, name, row.overall_error))
+                if step.observation.error is not None:
+                    examples = _keep_spread(examples, step, n_steps)
+        except KeyboardInterrupt:
+            return examples, True
+    return examples, False
+
+
+def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
+    """Keep the latest step of every quarter of the run."""
+    quarter = step.index * N_EXAMPLES // n_steps
+    others = [kept for kept in examples if kept.index * N_EXAMPLES // n_steps != quarter]
+    return [*others, step]
+
+
+def _draw(run: Exploration, folder: OutputFolder, examples: list[Step]) -> None:
+    if not run.rows:
+        return
+    learning_curve(run.rows, folder.file("figures/learning_curve.png"))
+    names = run.regions.names
+    time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))
+    indices = {id: index for index, id in enumerate(run.dataset.ids)}
+    visited = [indices[row.id] for row in run.rows]
+    regions_from_above(
+        run.dataset.poses,
+        run.regions,
+        visited,
+        folder.file("figures/regions.png"),
+        up=run.teacher.survey.up_world,
+    )
+    shown = [
+        Example(
+            step.observation.frame.id,
+            step.observation.frame.rgb,
+            step.observation.segmentation,
+            run.learner.saliency(step.observation.frame.rgb),
+        )
+        for step in examples
+    ]
+    if shown:
+        draw_examples(shown, folder.file("figures/examples.png"))
+
+
+def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
+    """Return what a person wants to see of the summary."""
+    rows = {
+        "steps": summary["steps"],
+        "overall error (1 - F1)": summary["overall_error"],
+        "tested on": f"{summary['tested_on']}, {summary['test_frames']} frames",
+        "samples": summary["samples"],
+        "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
+    }
+    for stage, spent in summary["stages"].items():
+        rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
+    rows["written to"] = folder.path
+    return rows

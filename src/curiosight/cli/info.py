@@ -1,0 +1,83 @@
+"""curiosight info: what a recording is."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from curiosight.cli import options
+from curiosight.cli.talk import Talk
+from curiosight.config import Config, load_config
+from curiosight.datasets import Dataset, open_dataset
+from curiosight.experiments.components import choose_regions
+
+
+def info(
+    source: options.Source,
+    regions: Annotated[
+        str | None, typer.Option(help="Show these regions: pose, pose:3x2x4, time:5, or a file.")
+    ] = None,
+    ground_truth: options.GroundTruth = None,
+    preset: options.Preset = None,
+    config: options.ConfigFile = None,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Say what a recording is: layout, frames, camera, poses, ground truth, regions."""
+    talk = Talk(quiet=quiet, as_json=json)
+    settings = load_config(preset, config, {"explorer.regions": regions})
+    dataset = open_dataset(source, ground_truth=ground_truth)
+    facts = describe(settings, dataset)
+    rows = {name.replace("_", " "): value for name, value in facts.items()}
+    rows["camera"] = _camera_line(facts["camera"])
+    rows["remarks"] = "; ".join(facts["remarks"]) or None
+    rows["regions"] = _region_line(facts["regions"])
+    talk.results(str(source), rows, facts)
+
+
+def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
+    """Return what is known of a recording without decoding more than its first frame."""
+    frame = dataset[0]
+    height, width = frame.rgb.shape[:2]
+    camera = dataset.camera
+    divided = choose_regions(config, dataset)
+    sizes = [int((divided.of_view == region).sum()) for region in range(divided.n_regions)]
+    return {
+        "layout": dataset.name,
+        "frames": len(dataset),
+        "first_id": dataset.ids[0],
+        "last_id": dataset.ids[-1],
+        "width": width,
+        "height": height,
+        "depth": dataset.has_depth,
+        "camera": camera
+        and {
+            "fx": camera.fx,
+            "fy": camera.fy,
+            "cx": camera.cx,
+            "cy": camera.cy,
+            "depth_window": camera.depth_window,
+        },
+        "frames_with_pose": sum(pose is not None for pose in dataset.poses),
+        "frames_with_ground_truth": sum(map(dataset.has_ground_truth, range(len(dataset)))),
+        "regions": {
+            "kind": divided.kind,
+            "names": list(divided.names),
+            "frames": sizes,
+        },
+        "remarks": list(dataset.remarks),
+    }
+
+
+def _camera_line(camera: dict[str, Any] | None) -> str | None:
+    if camera is None:
+        return None
+    text = ", ".join(f"{name} {camera[name]:g}" for name in ("fx", "fy", "cx", "cy"))
+    window = camera["depth_window"]
+    return text if window is None else f"{text}; depth covers {window}"
+
+
+def _region_line(regions: dict[str, Any]) -> str:
+    sizes = regions["frames"]
+    return f"{regions['kind']}: {len(sizes)} of {min(sizes)} to {max(sizes)} frames"

@@ -1,0 +1,61 @@
+"""curiosight map: saliency from colour alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curiosight.cli import options
+from curiosight.cli.talk import Talk, open_source
+from curiosight.config import load_config
+from curiosight.experiments.exploring import load_run_model
+from curiosight.experiments.mapping import map_recording
+from curiosight.experiments.output import OutputFolder
+from curiosight.learner import SaliencyLearner
+from curiosight.viewing.live import announce_compilation
+from curiosight.viewing.overlays import overlay_saliency
+
+
+def map_(
+    run: options.Run,
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE", help="A recording, a folder of images, or a video; depth not needed."
+        ),
+    ],
+    overlay: Annotated[
+        bool, typer.Option("--overlay", help="Also write overlays/<id>.jpg.")
+    ] = False,
+    preset: options.Preset = None,
+    config: options.ConfigFile = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Find objects in colour images with a learned model: <id>.png, 255 = surely salient."""
+    talk = Talk(quiet=quiet, as_json=json)
+    settings = load_config(preset, config)
+    learner = SaliencyLearner.load(load_run_model(run))
+    dataset = open_source(talk, source)
+    folder = OutputFolder(out, "map", overwrite=overwrite)
+    n_bad = 0
+    with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
+        for frame, saliency, problem in map_recording(settings, learner, dataset, folder):
+            if saliency is None:
+                n_bad += 1
+                talk.warn(f"{frame.id}: {problem}")
+            elif overlay:
+                picture = overlay_saliency(frame.rgb, saliency)
+                folder.write_image(f"overlays/{frame.id}.jpg", picture)
+            shown.advance()
+    if n_bad:
+        talk.warn(f"{n_bad} of {len(dataset)} images could not be mapped")
+    if not learner.forest.is_trained:
+        talk.warn("the model has not seen both objects and surroundings yet: every map is black")
+    n_mapped = len(dataset) - n_bad
+    summary = {"images": n_mapped, "bad_images": n_bad, "out": str(folder.path)}
+    talk.results("map", {"images": n_mapped, "written to": folder.path}, summary)

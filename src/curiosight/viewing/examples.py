@@ -1,0 +1,111 @@
+"""The figure of examples: colour, the teacher's labels, the saliency, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from curiosight.frame import Label, Rgb
+from curiosight.segmentation import Segmentation
+from curiosight.viewing.overlays import (
+    LABEL_COLOURS,
+    LABEL_NAMES,
+    OUTLINE_COLOUR,
+    Colour,
+    overlay_labels,
+)
+from curiosight.viewing.paper import new_figure, save_figure, with_style
+
+TITLES = ("colour", "what depth says", "saliency from colour")
+_HEAT = "inferno"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Example:
+    """A frame to show: its image, what the teacher said of it, what was predicted.
+
+    caption: the frame's id, for instance.
+    saliency: (h, w) in [0, 1], as large as the image or as the shrunken one.
+    """
+
+    caption: str
+    rgb: Rgb
+    segmentation: Segmentation
+    saliency: npt.NDArray[np.floating]
+
+
+@with_style
+def examples(shown: Sequence[Example], path: Path | str) -> None:
+    """Draw a row for each example, and what the colours mean below."""
+    if not shown:
+        raise ValueError("shown: expected at least one example, got none")
+    height, width = shown[0].rgb.shape[:2]
+    row_height = 2.24 * height / width
+    figure = new_figure(7.2, len(shown) * (row_height + 0.03) + 0.7)
+    figure.set_layout_engine("constrained", w_pad=0.015, h_pad=0.015, wspace=0, hspace=0)
+    ratios = [1.0] * len(shown) + [0.08]
+    grid = figure.subplots(len(shown) + 1, 3, squeeze=False, height_ratios=ratios)
+    for panels, example in zip(grid, shown, strict=False):
+        _draw_row(panels, example)
+    for panel, title in zip(grid[0], TITLES, strict=True):
+        panel.set_title(title, fontsize=10)
+    _draw_key(figure, grid[-1])
+    save_figure(figure, path)
+
+
+def _draw_row(panels: Sequence[Axes], example: Example) -> None:
+    panels[0].imshow(example.rgb)
+    panels[1].imshow(overlay_labels(example.rgb, example.segmentation))
+    panels[2].imshow(example.saliency, cmap=_HEAT, vmin=0, vmax=1)
+    panels[0].set_ylabel(example.caption, fontsize=8)
+    for panel in panels:
+        panel.set_xticks([])
+        panel.set_yticks([])
+        panel.spines[:].set_visible(False)
+
+
+def _draw_key(figure: Figure, panels: Sequence[Axes]) -> None:
+    """Name the labels' colours below the first two columns, saliency's below the third."""
+    panels[1].set_axis_off()
+    panels[0].set_axis_off()
+    panels[0].legend(
+        handles=_swatches(),
+        loc="upper left",
+        bbox_to_anchor=(0, 1.1),
+        borderaxespad=0,
+        ncols=4,
+        fontsize=8,
+    ).set_in_layout(False)
+    heat = ScalarMappable(Normalize(0, 1), _HEAT)
+    figure.colorbar(heat, cax=panels[2], orientation="horizontal")
+    panels[2].set_xticks([0, 0.5, 1], ["0", "0.5", "1"], fontsize=8)
+    # Inwards, or the bar would shrink to make room for half a digit.
+    labels = panels[2].get_xticklabels()
+    labels[0].set_horizontalalignment("left")
+    labels[-1].set_horizontalalignment("right")
+
+
+def _swatches() -> list[Patch]:
+    """Return a patch for each label, painted as in the overlays."""
+    patches = {
+        label: Patch(facecolor=_share(colour), label=LABEL_NAMES[label])
+        for label, colour in LABEL_COLOURS.items()
+    }
+    patches[Label.SALIENT].set(edgecolor=_share(OUTLINE_COLOUR), linewidth=1.5)
+    patches[Label.UNKNOWN].set(edgecolor="white", hatch="////", linewidth=0)
+    return list(patches.values())
+
+
+def _share(colour: Colour) -> tuple[float, float, float]:
+    """Return an 8-bit colour in [0, 1]."""
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255
