@@ -107,7 +107,9 @@ def survey(dataset: Dataset) -> Survey:
     return survey_recording(dataset[index] for index in chosen)
 
 
-def segment_timed(teacher: Teacher, frames: Iterator[Frame]) -> Iterator[tuple[Segmentation, float]]:
+def segment_timed(
+    teacher: Teacher, frames: Iterator[Frame]
+) -> Iterator[tuple[Segmentation, float]]:
     """Segment frames, with the milliseconds that each took; the first is done twice."""
     for place, frame in enumerate(frames):
         if place == 0:

@@ -64,10 +64,11 @@ def place(dataset: Dataset) -> str:
 
 
 def make_learner(
-    config: Config, teacher: Teacher | None, rng: np.random.Generator
+    config: Config, teacher: Teacher | None, rng: np.random.Generator | None = None
 ) -> SaliencyLearner:
-    """Return a learner that has seen nothing yet."""
+    """Return a learner that has seen nothing yet; rng: None = one made from the seed."""
     settings = config.forest
+    rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
         n_features=N_FEATURES,
         n_trees=settings.n_trees,

@@ -26,8 +26,8 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     size = cell.max(axis=0) + 1
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
     _, voxel, n_points = np.unique(key, return_inverse=True, return_counts=True)
-    mean = np.stack([np.bincount(voxel, xyz[:, axis]) for axis in range(3)], axis=1)
-    mean /= n_points[:, None]
+    sums = [np.bincount(voxel, xyz[:, axis]) for axis in range(3)]
+    mean = np.stack(sums, axis=1) / n_points[:, None]
     pairs = cKDTree(mean).query_pairs(tolerance, output_type="ndarray")
     links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), [len(mean)] * 2)
     _, cluster = connected_components(links, directed=False)

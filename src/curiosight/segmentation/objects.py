@@ -75,9 +75,7 @@ def find_clusters(
     return number, clusters
 
 
-_Description = tuple[
-    tuple[int, int, int, int], int, tuple[float, float, float], float, float
-]
+_Description = tuple[tuple[int, int, int, int], int, tuple[float, float, float], float, float]
 
 
 def _describe(

@@ -63,7 +63,8 @@ def observe_points(
     inverse = 1.0 / z
     to_edge = _distance_to_edge(inverse, max_bend, radius + 1)
     normals = _fit_normals(inverse, x, y, to_edge)
-    cosine = -np.einsum("vuc,vuc->vu", normals, xyz) / np.linalg.norm(xyz, axis=2)
+    range_ = z * np.sqrt(1 + x**2 + (y**2)[:, None])
+    cosine = -np.einsum("vuc,vuc->vu", normals, xyz) / range_
     pixel = stride * stride / (camera.fx * camera.fy)
     with np.errstate(invalid="ignore"):
         area = pixel * z**2 / np.maximum(cosine, 0.1)
@@ -130,10 +131,10 @@ def _fit_normals(inverse: Array, x: Array, y: Array, to_edge: Array) -> Array:
             r = to_edge[v, u] - 1
             if r < 1:
                 continue
-            t, b, l, e = v - r, v + r + 1, u - r, u + r + 1
-            s0 = sums[0, b, e] - sums[0, t, e] - sums[0, b, l] + sums[0, t, l]
-            s1 = sums[1, b, e] - sums[1, t, e] - sums[1, b, l] + sums[1, t, l]
-            s2 = sums[2, b, e] - sums[2, t, e] - sums[2, b, l] + sums[2, t, l]
+            t, b, f, e = v - r, v + r + 1, u - r, u + r + 1
+            s0 = sums[0, b, e] - sums[0, t, e] - sums[0, b, f] + sums[0, t, f]
+            s1 = sums[1, b, e] - sums[1, t, e] - sums[1, b, f] + sums[1, t, f]
+            s2 = sums[2, b, e] - sums[2, t, e] - sums[2, b, f] + sums[2, t, f]
             side = 2 * r + 1
             spread = side * side * (side * side - 1) / 12.0
             slope_x = (s1 - x[u] * s0) / (spread * dx * dx)

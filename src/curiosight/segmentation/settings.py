@@ -34,7 +34,7 @@ class SegmentationSettings:
     slab: float = 0.03
     max_height: float = 2.0
     min_wall_diagonal: float = 1.5
-    min_cut_wall_diagonal: float = 0.8
+    min_cut_wall_diagonal: float = 1.0
     wall_gap: float = 0.10
     border_px: int = 10
     min_cluster_px: int = 200

@@ -128,14 +128,15 @@ def above_footprint(
     largest = plane.inliers & (piece == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
     axes = np.stack([right, forward], axis=1).astype(np.float32)
     hull = cv2.convexHull(np.ascontiguousarray(points.xyz[largest] @ axes)).reshape(-1, 2)
-    low = hull.min(axis=0) - 2 * margin
+    low = (hull.min(axis=0) - 2 * margin).astype(np.float32)
     width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
     drawn = np.zeros((height, width), np.uint8)
     cv2.fillConvexPoly(drawn, np.round((hull - low) / cell).astype(np.int32), 1)
     reach = 2 * round(margin / cell) + 1
     drawn = cv2.dilate(drawn, np.ones((reach, reach), np.uint8))
-    place = np.nan_to_num((points.xyz @ axes - low) / cell, nan=-1).round().astype(np.int64)
-    is_drawn = ((place >= 0) & (place < (width, height))).all(axis=-1)
-    column, row = place[is_drawn].T
-    inside[is_drawn] = drawn[row, column] > 0
+    column, row = np.moveaxis((points.xyz @ axes - low) / cell, -1, 0)
+    # Points without a reading are NaN and compare false.
+    is_drawn = (column > -0.5) & (column < width - 0.5) & (row > -0.5) & (row < height - 0.5)
+    column, row = (np.rint(x[is_drawn]).astype(np.int64) for x in (column, row))
+    inside[is_drawn] = drawn[np.minimum(row, height - 1), np.minimum(column, width - 1)] > 0
     return inside

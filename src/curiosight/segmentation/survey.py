@@ -70,7 +70,8 @@ def _has_depth(frame: Frame) -> bool:
 
 
 def _observe(frame: Frame) -> Points:
-    assert frame.depth is not None and frame.camera is not None
+    assert frame.depth is not None
+    assert frame.camera is not None
     return observe_points(frame.depth, frame.camera)
 
 
@@ -132,6 +133,7 @@ def _scene_of(observed: list[tuple[Points, Pose | None]], up_world: Array | None
     """Return what the lowest support is in most frames."""
     votes = []
     for points, pose in observed:
+        up: Array | None
         if pose is not None and up_world is not None:
             up = pose[:3, :3].T @ up_world
         else:

@@ -68,10 +68,9 @@ def _densest(normals: Array, weights: Array, prior: Array, step: float = 0.07) -
     smooth[:, 1:] += votes[:, :-1]
     smooth[:, :-1] += votes[:, 1:]
     row, column = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
-    a, b = (row - 15.5) * step, (column - 15.5) * step
-    c = np.sqrt(max(0.0, 1 - a * a - b * b))
-    up = a * side + b * other + c * prior
-    return up / np.linalg.norm(up)
+    x, y = (float(cell - 15.5) * step for cell in (row, column))
+    up: Array = x * side + y * other + np.sqrt(max(0.0, 1 - x * x - y * y)) * prior
+    return np.asarray(up / np.linalg.norm(up))
 
 
 def world_up(observed: Iterable[tuple[Points, Pose]]) -> Array | None:

@@ -58,11 +58,8 @@ def find_walls(
             continue
         normal, distance, inliers = fit
         where = where[inliers]
-        diagonal = visible_diagonal(xyz[where], up, normal)
-        is_cut = is_border[where].any() and diagonal >= min_cut_diagonal
-        if area[where].sum() < min_area or not (diagonal >= min_diagonal or is_cut):
-            continue
-        if diagonal < min_diagonal and _is_open(points, up, normal, distance, xyz[where]):
+        least = min_cut_diagonal if is_border[where].any() else min_diagonal
+        if area[where].sum() < min_area or visible_diagonal(xyz[where], up, normal) < least:
             continue
         walls.append(Plane(normal, distance, scatter(where, vertical)))
         is_free &= np.abs(xyz @ normal.astype(np.float32) + distance) > thickness + 0.03
@@ -95,20 +92,6 @@ class _Headings:
         angle = (sector + 0.5) * SECTOR - np.pi
         normal = np.sin(angle) * self._right + np.cos(angle) * self._forward
         return normal, -(self._low + row * ROW), float(votes[sector, row])
-
-
-def _is_open(
-    points: Points, up: Array, normal: Array, distance: float, wall: Array, *, gap: float = 0.15
-) -> bool:
-    """Tell whether there is more to see behind a piece of wall, between its foot and its top.
-
-    Behind a wall there is nothing; behind a box's side that looks like one, there is the room.
-    """
-    heights = points.xyz @ up.astype(np.float32)
-    low, high = np.percentile(wall @ up.astype(np.float32), (10, 90))
-    behind = points.xyz @ normal.astype(np.float32) + distance < -gap - 0.02 * points.depth**2
-    behind &= (heights > low) & (heights < high)
-    return bool(np.count_nonzero(behind) > 0.2 * len(wall))
 
 
 def visible_diagonal(xyz: Array, up: Array, normal: Array) -> float:

@@ -60,7 +60,7 @@ class FrameProgress:
         self._note = note
         if self._bar is not None:
             self._bar.update(self._task, advance=1, pace=self._pace(), note=note)
-        elif self._clock() - self._last_line >= self._every_s:
+        elif self._n_done < self._n_frames and self._is_line_due():
             self._print_line()
 
     def __enter__(self) -> Self:
@@ -82,6 +82,9 @@ class FrameProgress:
             self._bar.stop()
         elif self._n_done:
             self._print_line()
+
+    def _is_line_due(self) -> bool:
+        return self._clock() - self._last_line >= self._every_s
 
     def _print_line(self) -> None:
         self._last_line = self._clock()

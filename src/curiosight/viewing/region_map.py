@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.ticker import MaxNLocator
 
 from curiosight.exploration import Regions
 from curiosight.exploration.from_above import seen_from_above
@@ -103,6 +104,7 @@ def _draw_map(
     axes.update_datalim(positions[known] + arrows[known])
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
+    axes.xaxis.set_major_locator(MaxNLocator(6))
     axes.set_xlabel("metres")
     axes.set_ylabel("metres")
 

@@ -1,0 +1,41 @@
+# Each target makes .venv and installs when needed; nothing else has to be on the machine
+# but Python >= 3.11 with venv.
+PYTHON ?= python3
+BIN := .venv/bin
+SOURCE ?=
+
+.PHONY: demo test lint format clean
+
+demo: .venv/installed
+	@test -n "$(SOURCE)" || { \
+	  echo "make demo explores a recording of yours: make demo SOURCE=folder"; \
+	  echo "(7-Scenes, TUM RGB-D, OSD, or rgb/ depth/ camera.json)"; exit 2; }
+	$(BIN)/curiosight explore "$(SOURCE)" --test-every 10
+
+test: .venv/installed-dev
+	$(BIN)/python -m pytest
+
+lint: .venv/installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+format: .venv/installed-dev
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+clean:
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist
+
+.venv/bin/python:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "curiosight needs Python 3.11 or newer; name one: make PYTHON=python3.11"; exit 1; }
+	$(PYTHON) -m venv .venv
+
+.venv/installed: .venv/bin/python pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+.venv/installed-dev: .venv/bin/python pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@ .venv/installed
