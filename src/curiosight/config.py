@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -133,11 +134,11 @@ def load_config(
     preset: None = the file's, else `default`.
     overrides: "section.key" to value; None values are passed over.
     """
-    table = _read_toml(path) if path is not None else {}
-    config = Config.of_preset(preset or str(table.get("preset", "default")))
-    table.pop("preset", None)
+    config = Config.of_preset(preset or "default")
     if path is not None:
-        config = _updated(config, table, path, "")
+        table = _read_toml(path)
+        named = _checked(table.pop("preset", config.preset), Literal[*PRESETS], path, "preset")
+        config = _updated(Config.of_preset(preset or named), table, path, "")
     for name, value in (overrides or {}).items():
         if value is not None:
             section, key = name.split(".")
@@ -212,8 +213,7 @@ def _toml_section(name: str, section: Any) -> list[str]:
 
 
 def _toml_value(value: str | int | float) -> str:
-    """Write a scalar; our strings are words and paths, quoted without escapes of their own."""
+    """Write a scalar; JSON quotes text as TOML does, but for the one character DEL."""
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return repr(value)

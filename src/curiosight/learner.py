@@ -37,7 +37,9 @@ KIND = "saliency model"
 class Teaches(Protocol):
     """Whatever labels a frame's pixels: the depth segmentation, or a detector of one's own."""
 
-    def segment(self, frame: Frame) -> Segmentation: ...
+    def segment(self, frame: Frame) -> Segmentation:
+        """Label every pixel; none as known where the frame has a `problem`."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +114,10 @@ class SaliencyLearner:
             raise ValueError(f"colour_space: expected 'rgb' or 'lab', got {colour_space!r}")
         if n_pixels < 1:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
+        if n_superpixels < 1:
+            raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
+        if forest is not None and forest.n_features != N_FEATURES:
+            raise ValueError(f"forest: expected {N_FEATURES} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
         self.forest = forest or Forest(n_features=N_FEATURES, seed=self.rng)
@@ -142,7 +148,9 @@ class SaliencyLearner:
         return enlarged
 
     def describe(self, rgb: Rgb) -> Description:
-        """Return the features of an image (sec. II-A.1)."""
+        """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
+        if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
+            raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
         small = shrink(rgb)
         describe = describe_pixels if self.rows_per == "pixel" else describe_superpixels
         coloured = to_colour_space(small, self.colour_space)
@@ -152,7 +160,11 @@ class SaliencyLearner:
         """Return what the teacher says of a frame (sec. II-A.2)."""
         if self.teacher is None:
             raise ValueError("teacher: expected one to learn from, got None")
-        return self.teacher.segment(frame)
+        segmentation = self.teacher.segment(frame)
+        labels, size = segmentation.labels, frame.rgb.shape[:2]
+        if labels.shape != size or labels.dtype != np.uint8:
+            raise ValueError(f"labels: expected {size} uint8, got {labels.shape} {labels.dtype}")
+        return segmentation
 
     def predict(self, description: Description) -> npt.NDArray[np.float32]:
         """Return the (n,) saliency of each row; 0 while nothing has been learned."""

@@ -7,17 +7,19 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Rgb
+from curiosight.frame import Label, Rgb
 from curiosight.learner import Labels, SaliencyLearner, fit_labels
 
-# Where every pixel has a row of its own, one in GRID² of them is tested, as its authors do.
+# The authors score a grid of pixels too: their code shrinks maps and labels before comparing.
 GRID = 4
 
 
 class HeldOut:
     """A fixed set of labelled images, described once, scored after every step.
 
-    Votes are kept per tree, so that only the trees that changed are asked again.
+    Votes are kept per tree, so that only the trees that changed are asked again. Superpixels
+    are scored with all of their pixels; where every pixel has a row of its own, only each
+    `GRID`-th pixel of each `GRID`-th line of the shrunken image is.
 
     frames: pairs of an (H, W, 3) RGB image and its (H, W) labels: 255 salient, 0 not salient,
         anything else ignored. Frames without a salient pixel have no F1 and are left out.
@@ -29,7 +31,7 @@ class HeldOut:
             description = learner.describe(rgb)
             counted = fit_labels(labels, description)
             if learner.rows_per == "pixel":
-                coarse = np.full_like(counted, 125)
+                coarse = np.full_like(counted, Label.UNKNOWN)
                 coarse[::GRID, ::GRID] = counted[::GRID, ::GRID]
                 counted = coarse
             n_salient, n_other = description.count(counted)

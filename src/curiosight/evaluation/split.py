@@ -20,6 +20,11 @@ def every_nth(n_frames: int, every: int, *, gap: int = 3) -> Split:
     """
     if every < 1 or gap < 0:
         raise ValueError(f"every, gap: expected 1 and 0 or more, got {every}, {gap}")
+    if n_frames < gap + 2:
+        raise ValueError(
+            f"n_frames: expected {gap + 2} or more to keep some out with a gap of {gap}, "
+            f"got {n_frames}"
+        )
     test = np.arange(0, n_frames, every)
     training = _away_from(test, n_frames, gap)
     if len(training) == 0:
@@ -38,6 +43,8 @@ def make_folds(
     kind: "frames" deals them out at random, for recordings of separate scenes; "blocks" cuts
         the recording into stretches, with `gap` frames beside each left out of learning.
     """
+    if gap < 0:
+        raise ValueError(f"gap: expected 0 or more, got {gap}")
     if kind not in get_args(SplitKind):
         raise ValueError(f"split: expected {' or '.join(get_args(SplitKind))}, got {kind!r}")
     if not 2 <= n_folds <= n_frames:
@@ -46,7 +53,13 @@ def make_folds(
     if kind == "frames":
         order, gap = rng.permutation(n_frames), 0
     parts = [np.sort(part) for part in np.array_split(order, n_folds)]
-    return [(_away_from(test, n_frames, gap), test) for test in parts]
+    splits = [(_away_from(test, n_frames, gap), test) for test in parts]
+    if not all(len(training) for training, _ in splits):
+        raise ValueError(
+            f"gap: expected less for {n_folds} blocks of {n_frames} frames, or a fold has "
+            f"nothing to learn from; got {gap}"
+        )
+    return splits
 
 
 def _away_from(test: Indices, n_frames: int, gap: int) -> Indices:

@@ -145,3 +145,29 @@ def _fit_normals(inverse: Array, x: Array, y: Array, to_edge: Array) -> Array:
             normals[v, u, 1] = -slope_y / norm
             normals[v, u, 2] = -level / norm
     return normals
+
+
+@njit(cache=True, nogil=True)
+def cell_of_pixel(coarse: Array, depth: Array, stride: int) -> Array:
+    """Return for each pixel the grid's cell around it that is closest in depth.
+
+    coarse: (h, w) every `stride`-th pixel of `depth` (H, W). The (H, W) int32 cells are flat
+    indices; where nothing tells them apart it is the cell to the upper left.
+    """
+    height, width = depth.shape
+    n_rows, n_columns = coarse.shape
+    cells = np.empty((height, width), np.int32)
+    for v in range(height):
+        top = v // stride
+        bottom = min(top + 1, n_rows - 1) if v % stride else top
+        for u in range(width):
+            left = u // stride
+            right = min(left + 1, n_columns - 1) if u % stride else left
+            best, nearest = top * n_columns + left, np.inf
+            for row in range(top, bottom + 1):
+                for column in range(left, right + 1):
+                    gap = abs(coarse[row, column] - depth[v, u])
+                    if gap < nearest:
+                        best, nearest = row * n_columns + column, gap
+            cells[v, u] = best
+    return cells

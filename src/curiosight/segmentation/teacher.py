@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curiosight.frame import Camera, Frame, Label
 from curiosight.segmentation.objects import Cluster, Verdict, find_clusters
 from curiosight.segmentation.planes import Mask, Plane, noise_band
-from curiosight.segmentation.points import Points, observe_points
+from curiosight.segmentation.points import Points, cell_of_pixel, observe_points
 from curiosight.segmentation.settings import FLOOR
 from curiosight.segmentation.supports import Support, above_footprint, choose_supports, share_below
 from curiosight.segmentation.survey import Survey
@@ -139,10 +139,11 @@ def _label(depth: Array, camera: Camera, points: Points, supports: list[Support]
     is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
     labels[is_object[number]] = Label.SALIENT
     labels[~in_range] = Label.UNAVAILABLE
-    full_labels = _enlarge(labels, points.stride, depth.shape)
-    full_labels[np.isnan(depth)] = Label.UNAVAILABLE
-    full_number = _enlarge(number.astype(np.uint16), points.stride, depth.shape)
-    full_number[np.isnan(depth)] = 0
+    cells = cell_of_pixel(points.depth, depth, points.stride)
+    full_labels, full_number = labels.ravel()[cells], number.astype(np.uint16).ravel()[cells]
+    is_out = ~(depth <= FLOOR.max_range)
+    full_labels[is_out] = Label.UNAVAILABLE
+    full_number[is_out] = 0
     return Segmentation(full_labels, full_number, tuple(clusters), tuple(supports), tuple(walls))
 
 
@@ -212,9 +213,3 @@ def border_mask(camera: Camera, stride: int, border_px: int, outline_px: int = 4
     is_inside = ((rows >= v_min) & (rows < v_max))[:, None]
     border: Mask = ~(is_inside & (columns >= u_min) & (columns < u_max))
     return border
-
-
-def _enlarge(grid: Array, stride: int, shape: tuple[int, ...]) -> Array:
-    """Repeat each cell `stride` times in both directions, cut to `shape`."""
-    height, width = shape
-    return np.repeat(np.repeat(grid, stride, axis=0), stride, axis=1)[:height, :width].copy()

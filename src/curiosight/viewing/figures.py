@@ -81,7 +81,8 @@ def time_per_region(
     regions = np.array([row.region for row in rows])
     shares = window_shares(regions, len(region_names), n_window)
     steps = np.array([row.step for row in rows])
-    figure = new_figure(7.2, 4.2)
+    height = max(4.2, 0.26 * len(region_names))
+    figure = new_figure(7.2, height)
     axes = figure.add_subplot()
     colours = region_colours(region_names)
     axes.stackplot(steps, shares, colors=colours, edgecolor="white", linewidth=0.4)
@@ -94,7 +95,7 @@ def time_per_region(
         (steps[-1], middle, name, colour)
         for middle, name, colour in zip(middles, region_names, colours, strict=True)
     ]
-    label_ends(axes, ends, gap=0.062)
+    label_ends(axes, ends, gap=0.26 / height)
     save_figure(figure, path)
 
 

@@ -1,0 +1,133 @@
+"""Why the preset `default` is what it is: each of its choices, added one by one to `paper`.
+
+    python benchmarks/presets.py OSD_LEARN REDKITCHEN [--seeds 3]
+
+Trains off-line on the teacher's labels, tests on ground truth that was never learned from:
+osd_learn in 5 random folds of frames; redkitchen in 5 blocks, with the first half of the
+recording (where choices were made) and the second (where they are only reported) apart.
+Keeps benchmarks/results/presets.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import curiosight as cs
+from curiosight.config import Config
+from curiosight.evaluation import MapScores
+from curiosight.experiments.evaluating import CrossValidation
+
+RESULTS = Path(__file__).parent / "results" / "presets.json"
+
+
+def variants() -> dict[str, Config]:
+    """Return the settings to compare, from `paper` to `default` and around it."""
+    paper, default = Config.of_preset("paper"), Config.of_preset("default")
+    superpixels = replace(paper, learner=replace(paper.learner, rows_per="superpixel"))
+    soft = replace(superpixels, forest=replace(paper.forest, vote="soft"))
+    lab = replace(soft, learner=default.learner)
+    steps = {
+        "paper": paper,
+        "+ one row per superpixel": superpixels,
+        "+ leaf frequencies": soft,
+        "+ Lab": lab,
+        "+ deep, varied trees = default": default,
+    }
+    for name, changes in {
+        "default, nodes of 20 split": {"min_split": 20},
+        "default, nodes of 100 split": {"min_split": 100},
+        "default, nodes of 400 split": {"min_split": 400},
+        "default, 6 features a split": {"n_split_features": 6},
+        "default, all features a split": {"n_split_features": 0},
+    }.items():
+        steps[name] = replace(default, forest=replace(default.forest, **changes))
+    steps["default, exactly per pixel"] = replace(
+        default, learner=replace(default.learner, rows_per="pixel")
+    )
+    steps["default, RGB"] = replace(default, learner=superpixels.learner)
+    return steps
+
+
+class Halves(MapScores):
+    """Score the first and the second half of a recording apart."""
+
+    def __init__(self, ids: list[str]) -> None:
+        super().__init__()
+        self._first = set(ids[: len(ids) // 2])
+        self.halves = (MapScores(), MapScores())
+
+    def add(self, id: str, *maps: Any) -> None:
+        """Add a frame to its half."""
+        super().add(id, *maps)
+        self.halves[id not in self._first].add(id, *maps)
+
+
+def figures(scores: MapScores) -> dict[str, float | None]:
+    """Return the figures of a table's cell."""
+    table = scores.table()
+    pooled = table["pooled"]["all"]
+    return {
+        "roc_auc": pooled["roc_auc"],
+        "best_f1": pooled["best_f1"],
+        "f1": pooled["f1"],
+        "overall_error": table["overall_error"],
+    }
+
+
+def run(config: Config, dataset: cs.datasets.Dataset, split: Any, seed: int) -> dict[str, Any]:
+    """Cross-validate once."""
+    config = replace(config, run=replace(config.run, seed=seed))
+    evaluation = CrossValidation(config, dataset, n_folds=5, split=split)
+    if split == "frames":
+        for _ in evaluation:
+            pass
+        return {"all": figures(evaluation.scores)}
+    scores = evaluation.scores = Halves(list(dataset.ids))
+    for _ in evaluation:
+        pass
+    tuned, reported = scores.halves
+    return {"tuned on": figures(tuned), "reported": figures(reported)}
+
+
+def main() -> None:
+    """Compare and keep."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("osd_learn", type=Path)
+    parser.add_argument("redkitchen", type=Path)
+    parser.add_argument("--seeds", type=int, default=3)
+    arguments = parser.parse_args()
+    results: dict[str, Any] = {}
+    for name, config in variants().items():
+        results[name] = {}
+        for recording, path, split in (
+            ("osd_learn", arguments.osd_learn, "frames"),
+            ("redkitchen", arguments.redkitchen, "blocks"),
+        ):
+            dataset = cs.open_dataset(path)
+            runs = [run(config, dataset, split, seed) for seed in range(arguments.seeds)]
+            for part in runs[0]:
+                cells = {
+                    key: [float(one[part][key]) for one in runs] for key in runs[0][part]
+                }
+                results[name][f"{recording}, {part}"] = {
+                    key: {"mean": float(np.mean(v)), "std": float(np.std(v))}
+                    for key, v in cells.items()
+                }
+        line = "  ".join(
+            f"{part}: AUC {cell['roc_auc']['mean']:.3f} F1 {cell['f1']['mean']:.3f} "
+            f"err {cell['overall_error']['mean']:.3f}"
+            for part, cell in results[name].items()
+        )
+        print(f"{name:32s} {line}", flush=True)
+    RESULTS.parent.mkdir(exist_ok=True)
+    RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""Time every stage on one thread, beside scikit-learn's forest in the same run.
+
+    python benchmarks/stages.py RECORDING [--frames 40]
+
+RECORDING: with depth, such as 7-Scenes' redkitchen. Prints a table, keeps
+benchmarks/results/stages.json: median and 90th percentile, milliseconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from sklearn.ensemble import RandomForestClassifier
+
+import curiosight as cs
+from curiosight.experiments.components import make_learner, make_teacher
+from curiosight.learner import fit_labels
+
+RESULTS = Path(__file__).parent / "results" / "stages.json"
+
+
+def timed(work: Callable[[Any], Any], inputs: list[Any]) -> dict[str, float]:
+    """Return median and 90th percentile of the work on each input, after one warm-up."""
+    work(inputs[0])
+    spent = []
+    for item in inputs:
+        start = time.perf_counter()
+        work(item)
+        spent.append(1000 * (time.perf_counter() - start))
+    return {"median_ms": float(np.median(spent)), "p90_ms": float(np.percentile(spent, 90))}
+
+
+def time_preset(
+    preset: str, dataset: cs.datasets.Dataset, frames: list[cs.Frame]
+) -> dict[str, dict[str, float]]:
+    """Time the learner of a preset with a full buffer."""
+    config = cs.load_config(preset, overrides={"run.n_threads": 1})
+    teacher = make_teacher(config, dataset)
+    learner = make_learner(config, teacher)
+    described = [learner.describe(frame.rgb) for frame in frames]
+    labels = [
+        fit_labels(teacher.segment(frame).labels, description)
+        for frame, description in zip(frames, described, strict=True)
+    ]
+    pairs = list(zip(described, labels, strict=True))
+    rows, is_salient = zip(*(learner.sample(*pair) for pair in pairs), strict=True)
+    copies = -(-config.forest.max_samples // sum(map(len, rows)))
+    all_rows, all_salient = np.concatenate(rows * copies), np.concatenate(is_salient * copies)
+    learner.forest.fit(all_rows, all_salient)
+    stages = {
+        "segment": timed(teacher.segment, frames),
+        "describe": timed(lambda frame: learner.describe(frame.rgb), frames),
+        "predict": timed(learner.predict, described),
+        "RGB to map": timed(lambda frame: learner.saliency(frame.rgb), frames),
+        "update, full buffer": timed(lambda pair: learner.learn(*pair), pairs),
+        "whole step": timed(learner.observe, frames),
+    }
+    return stages | time_scikit_learn(config.forest, learner.forest.rows, learner, described)
+
+
+def time_scikit_learn(
+    settings: Any, rows: Any, learner: cs.SaliencyLearner, described: list[Any]
+) -> dict[str, dict[str, float]]:
+    """Time the same update and prediction with scikit-learn's trees."""
+    rng = np.random.default_rng(0)
+    share = rng.choice(len(rows), int(settings.share * len(rows)), replace=False)
+    options: dict[str, Any] = {
+        "max_depth": settings.max_depth,
+        "min_samples_split": settings.min_split,
+        "max_features": settings.n_split_features or None,
+        "class_weight": "balanced",
+        "bootstrap": False,
+        "random_state": 0,
+    }
+    chosen, labels = rows[share], learner.forest.is_salient[share]
+    forest = RandomForestClassifier(settings.n_trees, **options).fit(chosen, labels)
+    four = RandomForestClassifier(settings.n_regrown, **options)
+    return {
+        "scikit-learn: predict": timed(lambda d: forest.predict_proba(d.rows), described[:5]),
+        "scikit-learn: 4 trees": timed(lambda _: four.fit(chosen, labels), [0, 1, 2]),
+    }
+
+
+def main() -> None:
+    """Time both presets and keep the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("--frames", type=int, default=40)
+    arguments = parser.parse_args()
+    cv2.setNumThreads(1)
+    dataset = cs.open_dataset(arguments.recording)
+    indices = np.linspace(0, len(dataset) - 1, arguments.frames).astype(int)
+    frames = [dataset[int(index)] for index in indices]
+    figures: dict[str, Any] = {
+        "recording": dataset.name,
+        "frames": len(frames),
+        "threads": 1,
+        "image": list(frames[0].rgb.shape),
+        "processor": processor(),
+        "python": platform.python_version(),
+        "decode": timed(lambda index: dataset[int(index)], list(indices)),
+    }
+    for preset in ("default", "paper"):
+        figures[preset] = time_preset(preset, dataset, frames)
+        print(preset)
+        for stage, spent in figures[preset].items():
+            print(f"  {stage:24s} {spent['median_ms']:8.1f} ms, p90 {spent['p90_ms']:.1f}")
+    RESULTS.parent.mkdir(exist_ok=True)
+    RESULTS.write_text(json.dumps(figures, indent=1) + "\n")
+
+
+def processor() -> str:
+    """Return the processor's name, where the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":")[1].strip() for line in lines if "model name" in line), "")
+
+
+if __name__ == "__main__":
+    main()
