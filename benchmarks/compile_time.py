@@ -1,6 +1,6 @@
 """Measure what the first run on a machine pays: all kernels compiled into an empty cache.
 
-    python benchmarks/compile_time.py
+python benchmarks/compile_time.py
 """
 
 from __future__ import annotations

@@ -26,22 +26,27 @@ def kinect_noise(
 
 
 @lru_cache(maxsize=32)
-def _view(boxes: tuple[Box, ...], distance: float, height: float, tilt_deg: float) -> View:
-    return render(CAMERA, look(0.0, distance=distance, height=height, tilt_deg=tilt_deg), boxes)
+def _view(boxes: tuple[Box, ...], *look_from: float) -> View:
+    return render(CAMERA, _pose(*look_from), boxes)
+
+
+def _pose(heading_deg: float, distance: float, height: float, tilt_deg: float) -> Pose:
+    return look(heading_deg, distance=distance, height=height, tilt_deg=tilt_deg)
 
 
 def see(
     boxes: tuple[Box, ...] = ROOM,
     *,
+    heading_deg: float = 0.0,
     distance: float = 1.9,
     height: float = 1.0,
     tilt_deg: float = 25.0,
     with_pose: bool = False,
 ) -> tuple[Frame, View]:
     """Return a 640x480 frame without noise, and what is where in it."""
-    view = _view(boxes, distance, height, tilt_deg)
-    pose = look(0.0, distance=distance, height=height, tilt_deg=tilt_deg)
-    return as_frame(view, CAMERA, pose if with_pose else None), view
+    look_from = (heading_deg, distance, height, tilt_deg)
+    view = _view(boxes, *look_from)
+    return as_frame(view, CAMERA, _pose(*look_from) if with_pose else None), view
 
 
 def as_frame(view: View, camera: Camera, T_world_camera: Pose | None = None) -> Frame:

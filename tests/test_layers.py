@@ -25,7 +25,8 @@ ROWS = (
     {"learner", "exploration", "worlds", "sklearn_estimator"},
     {"explore", "evaluation", "config"},
     {"experiments", "viewing"},
-    {"cli", "__main__"},
+    {"cli"},
+    {"__main__"},
 )
 ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}
 WITHIN = {("forest", "forest_kernels")}  # one part in two files

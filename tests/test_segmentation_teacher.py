@@ -44,13 +44,16 @@ def share(labels: np.ndarray, where: np.ndarray, label: Label) -> float:
 
 
 def test_boxes_are_salient_floor_and_wall_are_not() -> None:
-    frame, view = see()
+    frame, view = see((*ROOM[:3], replace(WALL, centre=(0.0, 1.6, 1.25))))
     found = Teacher().segment(frame)
     assert found.problem is None
     assert len(found.objects) == 3
-    assert share(found.labels, np.isin(view.surface, (1, 2, 3)), Label.SALIENT) > 0.97
-    assert share(found.labels, np.isin(view.surface, (0, 4)), Label.NOT_SALIENT) > 0.85
-    assert share(found.labels, np.isin(view.surface, (0, 4)), Label.SALIENT) < 0.001
+    assert len(found.walls) == 1
+    # The lowest centimetres of a box are within the noise of the floor.
+    assert share(found.labels, np.isin(view.surface, (1, 2, 3)), Label.SALIENT) > 0.92
+    is_background = np.isin(view.surface, (0, 4)) & (view.depth < FLOOR.max_range)
+    assert share(found.labels, is_background, Label.NOT_SALIENT) > 0.98
+    assert share(found.labels, is_background, Label.SALIENT) == 0
 
 
 def test_noise_of_a_kinect_changes_little() -> None:
@@ -59,7 +62,7 @@ def test_noise_of_a_kinect_changes_little() -> None:
     noisy = replace(frame, depth=kinect_noise(frame.depth, np.random.default_rng(0)))
     labels = Teacher().segment(noisy).labels
     is_box = np.isin(view.surface, (1, 2, 3))
-    assert share(labels, is_box, Label.SALIENT) > 0.95
+    assert share(labels, is_box, Label.SALIENT) > 0.92
     assert share(view.ground_truth, labels == Label.SALIENT, Label.SALIENT) > 0.99
 
 
@@ -68,7 +71,7 @@ def test_codes_follow_depth() -> None:
     assert frame.depth is not None
     frame.depth[100:120, 300:340] = np.nan
     found = Teacher().segment(frame)
-    is_out = np.isnan(frame.depth) | (frame.depth > FLOOR.max_range + 0.2)
+    is_out = np.isnan(frame.depth) | (frame.depth > FLOOR.max_range)
     assert share(found.labels, is_out, Label.UNAVAILABLE) == 1
     assert set(np.unique(found.labels)) <= {int(label) for label in Label}
     assert found.labels.shape == frame.depth.shape
@@ -129,10 +132,12 @@ def test_what_hangs_on_a_wall_is_part_of_it() -> None:
 
 
 def test_side_of_a_cupboard_is_part_of_it() -> None:
-    front_wall = Box((1.0, 1.4, 0.45), (2.4, 0.45, 0.90), GREY)
-    frame, view = see((front_wall,), height=0.85, tilt_deg=10)
-    labels = Teacher().segment(frame).labels
-    assert not (labels == Label.SALIENT).any()
+    cupboard = Box((1.1, 0.3, 0.45), (2.4, 0.4, 0.90), GREY)
+    frame, view = see((cupboard,), heading_deg=40, height=0.85, tilt_deg=10)
+    found = Teacher().segment(frame)
+    assert len(found.walls) == 1
+    assert verdicts(found) == [Verdict.WALL_PART]
+    assert share(found.labels, view.surface == 1, Label.SALIENT) == 0
 
 
 def test_box_that_stands_before_a_wall_stays_an_object() -> None:
@@ -198,9 +203,10 @@ def test_objects_stand_on_table_and_floor() -> None:
     found = Teacher().segment(frame)
     assert [support.is_table for support in found.supports] == [False, True]
     assert sorted(round(cluster.support_height, 1) for cluster in found.objects) == [0.0, 0.7]
-    assert share(found.labels, view.surface == 2, Label.SALIENT) > 0.9
+    assert share(found.labels, view.surface == 2, Label.SALIENT) > 0.75
     assert share(found.labels, view.surface == 3, Label.SALIENT) > 0.9
-    assert share(found.labels, view.surface == 1, Label.NOT_SALIENT) > 0.9
+    assert share(found.labels, view.surface == 1, Label.NOT_SALIENT) > 0.8
+    assert share(view.ground_truth, found.labels == Label.SALIENT, Label.SALIENT) > 0.99
 
 
 def test_what_is_under_a_table_is_unknown() -> None:
@@ -213,7 +219,8 @@ def test_what_is_under_a_table_is_unknown() -> None:
 
 def test_known_floor_stays_the_support_below_a_table_that_hides_it() -> None:
     survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.0, (0.72,))
-    frame, _ = see((TABLE_TOP, ON_TABLE), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)
+    near = replace(ON_TABLE, centre=(0.15, 0.0, 0.80))
+    frame, _ = see((TABLE_TOP, near), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)
     found = Teacher(survey).segment(frame)
     assert [support.is_table for support in found.supports] == [False, True]
     assert [round(cluster.support_height, 1) for cluster in found.objects] == [0.7]

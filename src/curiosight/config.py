@@ -17,7 +17,8 @@ from curiosight.exploration.strategies import Over
 from curiosight.features import ColourSpace, RowsPer
 from curiosight.segmentation import FLOOR, TABLE, SegmentationSettings
 
-PRESETS = ("default", "paper")
+Preset = Literal["default", "paper"]
+PRESETS: tuple[Preset, ...] = get_args(Preset)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +98,7 @@ class RunConfig:
 class Config:
     """All settings; the defaults of the sections are the paper's."""
 
-    preset: Literal["default", "paper"] = "paper"
+    preset: Preset = "paper"
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
     learner: LearnerConfig = field(default_factory=LearnerConfig)
     forest: ForestConfig = field(default_factory=ForestConfig)
@@ -137,7 +138,7 @@ def load_config(
     config = Config.of_preset(preset or "default")
     if path is not None:
         table = _read_toml(path)
-        named = _checked(table.pop("preset", config.preset), Literal[*PRESETS], path, "preset")
+        named = _checked(table.pop("preset", config.preset), Preset, path, "preset")
         config = _updated(Config.of_preset(preset or named), table, path, "")
     for name, value in (overrides or {}).items():
         if value is not None:

@@ -163,11 +163,12 @@ def cell_of_pixel(coarse: Array, depth: Array, stride: int) -> Array:
         for u in range(width):
             left = u // stride
             right = min(left + 1, n_columns - 1) if u % stride else left
-            best, nearest = top * n_columns + left, np.inf
-            for row in range(top, bottom + 1):
-                for column in range(left, right + 1):
-                    gap = abs(coarse[row, column] - depth[v, u])
-                    if gap < nearest:
+            here = depth[v, u]
+            best, nearest = top * n_columns + left, abs(coarse[top, left] - here)
+            if right > left or bottom > top:
+                for row, column in ((top, right), (bottom, left), (bottom, right)):
+                    gap = abs(coarse[row, column] - here)
+                    if gap < nearest or nearest != nearest:
                         best, nearest = row * n_columns + column, gap
             cells[v, u] = best
     return cells

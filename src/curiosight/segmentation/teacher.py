@@ -139,8 +139,8 @@ def _label(depth: Array, camera: Camera, points: Points, supports: list[Support]
     is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
     labels[is_object[number]] = Label.SALIENT
     labels[~in_range] = Label.UNAVAILABLE
-    cells = cell_of_pixel(points.depth, depth, points.stride)
-    full_labels, full_number = labels.ravel()[cells], number.astype(np.uint16).ravel()[cells]
+    cells = cell_of_pixel(np.ascontiguousarray(points.depth), depth, points.stride)
+    full_labels, full_number = labels.take(cells), number.astype(np.uint16).take(cells)
     is_out = ~(depth <= FLOOR.max_range)
     full_labels[is_out] = Label.UNAVAILABLE
     full_number[is_out] = 0

@@ -1,0 +1,203 @@
+"""The loop: in which order it asks whom, and that it learns a whole room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from curiosight.config import PRESETS, Config
+from curiosight.evaluation import HeldOut, MapScores
+from curiosight.experiments.components import make_learner
+from curiosight.experiments.learning import OffLine
+from curiosight.exploration import STRATEGIES, Iac, make_strategy
+from curiosight.explore import Step, explore
+from curiosight.frame import Viewpoint
+from curiosight.learner import SaliencyLearner
+from curiosight.segmentation import Teacher, survey_recording
+from room_world import RoomRecording, room_world
+
+VIEWS = [Viewpoint(index=10 + number, region=number % 3) for number in range(5)]
+
+
+class Diary:
+    """A world, a learner and a strategy in one, of numbers only, that note who is asked."""
+
+    views = VIEWS
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[object, ...]] = []
+
+    def choose(self) -> Viewpoint:
+        n_chosen = sum(call[0] == "choose" for call in self.calls)
+        self.calls.append(("choose",))
+        return VIEWS[n_chosen % len(VIEWS)]
+
+    def capture(self, viewpoint: Viewpoint) -> str:
+        self.calls.append(("capture", viewpoint.index))
+        return f"frame {viewpoint.index}"
+
+    def observe(self, frame: str, group: int = 0) -> SimpleNamespace:
+        self.calls.append(("observe", frame, group))
+        return SimpleNamespace(error=group / 10)
+
+    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
+        self.calls.append(("update", viewpoint.index, error))
+
+    def upcoming(self) -> Sequence[Viewpoint]:
+        return ()
+
+    def progress_of(self, region: int) -> float | None:
+        self.calls.append(("progress", region))
+        return None if region == 0 else region / 100
+
+
+def test_every_step_chooses_looks_learns_and_takes_note_in_this_order() -> None:
+    diary = Diary()
+    steps = list(explore(diary, diary, diary, 3))  # type: ignore[arg-type]
+    assert diary.calls == [
+        call
+        for index, region, error in ((10, 0, 0.0), (11, 1, 0.1), (12, 2, 0.2))
+        for call in (
+            ("choose",),
+            ("capture", index),
+            ("observe", f"frame {index}", region),
+            ("update", index, error),
+            ("progress", region),
+        )
+    ]
+    assert [step.index for step in steps] == [0, 1, 2]
+    assert [step.viewpoint for step in steps] == VIEWS[:3]
+    assert [step.learning_progress for step in steps] == [None, 0.01, 0.02]
+
+
+def test_nothing_happens_before_a_step_is_asked_for() -> None:
+    diary = Diary()
+    steps = explore(diary, diary, diary, 100)  # type: ignore[arg-type]
+    assert diary.calls == []
+    next(steps)
+    assert len(diary.calls) == 5
+
+
+@pytest.mark.parametrize("n_steps", [0, 1, 7])
+def test_it_takes_as_many_steps_as_it_is_told(n_steps: int) -> None:
+    diary = Diary()
+    assert len(list(explore(diary, diary, diary, n_steps))) == n_steps  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def room() -> RoomRecording:
+    return RoomRecording(24)
+
+
+@pytest.fixture(scope="module")
+def unseen() -> RoomRecording:
+    """The same room from views in between."""
+    return RoomRecording(6, offset_deg=1.3)
+
+
+@pytest.fixture(scope="module")
+def teacher(room: RoomRecording) -> Teacher:
+    return Teacher(survey_recording(room.frames[::6]))
+
+
+def run(
+    room: RoomRecording,
+    learner: SaliencyLearner,
+    n_steps: int,
+    *,
+    strategy: str = "iac",
+    seed: int = 0,
+) -> list[Step]:
+    with room_world(room) as world:
+        rng = np.random.default_rng(seed + 100)
+        return list(explore(world, learner, make_strategy(strategy, world.views, rng), n_steps))
+
+
+def error_of(learner: SaliencyLearner, recording: RoomRecording) -> float:
+    error = HeldOut(learner, recording.labelled()).overall_error()
+    assert error is not None
+    return error
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_room_is_learned_in_25_steps(room, unseen, teacher, preset, seed) -> None:
+    """Bounds from 10 seeds of both presets: error 0.08 and AUC 0.994 at worst."""
+    learner = make_learner(Config.of_preset(preset), teacher, np.random.default_rng(seed))
+    assert error_of(learner, unseen) == 1
+    run(room, learner, 25, seed=seed)
+    scores = MapScores()
+    for frame, truth in zip(unseen.frames, unseen.truths.values(), strict=True):
+        scores.add(frame.id, learner.saliency(frame.rgb), truth)
+    assert error_of(learner, unseen) < 0.15
+    assert scores.ranking().roc_auc > 0.98
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_every_strategy_learns_the_room(room, unseen, teacher, strategy: str) -> None:
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    run(room, learner, 25, strategy=strategy)
+    assert error_of(learner, unseen) < 0.15
+
+
+def test_learning_off_line_is_about_as_good(room, unseen, teacher) -> None:
+    """Bound from 10 seeds: the two differ by 0.02 at most."""
+    config = Config.of_preset("default")
+    on_line = make_learner(config, teacher, np.random.default_rng(0))
+    run(room, on_line, 60)
+    off_line = OffLine(config, room, teacher=teacher)
+    n_seen = sum(1 for _ in off_line)
+    assert n_seen == len(room)
+    assert error_of(off_line.finish(), unseen) < error_of(on_line, unseen) + 0.05
+
+
+def test_errors_fall_and_progress_is_measured_where_it_looked_twice(room, teacher) -> None:
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    steps = run(room, learner, 40)
+    errors = [step.observation.error for step in steps]
+    assert errors[0] == 1
+    assert np.mean(errors[-10:]) < 0.2
+    n_looks: dict[int, int] = {}
+    for step in steps:
+        region = step.viewpoint.region
+        n_looks[region] = n_looks.get(region, 0) + 1
+        assert (step.learning_progress is None) == (n_looks[region] < 2)
+    assert steps[-1].observation.frame.id == f"view-{steps[-1].viewpoint.index}"
+
+
+def test_samples_are_grouped_by_region(room, teacher) -> None:
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    steps = run(room, learner, 6)
+    n_in_group = np.bincount(learner.forest.groups, minlength=4)
+    n_in_region = np.bincount([step.viewpoint.region for step in steps], minlength=4)
+    assert (n_in_group == learner.n_pixels * n_in_region).all()
+
+
+def test_the_same_seed_explores_the_same_way(room, teacher) -> None:
+    runs = []
+    for seed in (3, 3, 4):
+        learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(seed))
+        steps = run(room, learner, 15, seed=seed)
+        runs.append([(step.viewpoint.index, step.observation.error) for step in steps])
+    assert runs[0] == runs[1] != runs[2]
+
+
+def test_bad_frames_and_bare_walls_do_not_stop_it(room, teacher) -> None:
+    """Half of the room is unreadable: it goes on, and learns from the other half."""
+    spoiled = RoomRecording(8)
+    for index in range(4):
+        frame = spoiled.frames[index]
+        spoiled.frames[index] = type(frame)(
+            frame.id, np.zeros_like(frame.rgb), frame.depth, frame.camera, problem="truncated"
+        )
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    with room_world(spoiled) as world:
+        steps = list(explore(world, learner, Iac(world.views, np.random.default_rng(0)), 30))
+    is_bad = [step.viewpoint.index < 4 for step in steps]
+    assert any(is_bad)
+    for step, bad in zip(steps, is_bad, strict=True):
+        assert (step.observation.error is None) == bad
+    assert learner.forest.n_samples == 700 * is_bad.count(False)

@@ -1,0 +1,127 @@
+"""What a recording tells as a whole: its scene, its vertical, its floor and tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.spatial.transform import Rotation
+
+from curiosight.frame import Frame
+from curiosight.segmentation import Survey, Teacher, survey_recording
+from room import ROOM, Box
+from scenes import ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
+
+# Tilts the world's axes, as a recording does whose first camera is its world.
+R_tilted = Rotation.from_euler("xyz", (100, -15, 30), degrees=True).as_matrix()
+UP = R_tilted @ np.array([0.0, 0.0, 1.0])
+
+
+def record(boxes: tuple[Box, ...], tilts_deg: tuple[float, ...], height: float) -> list[Frame]:
+    """Return noisy frames with poses in a tilted world."""
+    rng = np.random.default_rng(0)
+    frames = []
+    for tilt_deg in tilts_deg:
+        frame, view = see(boxes, height=height, tilt_deg=tilt_deg, with_pose=True)
+        assert frame.T_world_camera is not None
+        pose = frame.T_world_camera.copy()
+        pose[:3] = R_tilted @ pose[:3]
+        frames.append(replace(frame, depth=kinect_noise(view.depth, rng), T_world_camera=pose))
+    return frames
+
+
+def without_poses(frames: list[Frame]) -> list[Frame]:
+    return [replace(frame, T_world_camera=None) for frame in frames]
+
+
+def cut_to_table(frame: Frame, surface: npt.NDArray[np.int64]) -> Frame:
+    """Remove all depth but the table's and its objects', as some data sets' makers do."""
+    assert frame.depth is not None
+    return replace(frame, depth=np.where(surface > 0, frame.depth, np.float32(np.nan)))
+
+
+def angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float:
+    return float(np.degrees(np.arccos(np.clip(a @ b, -1, 1))))
+
+
+def test_gravity_and_floor_come_from_posed_frames() -> None:
+    survey = survey_recording(record((*ROOM[:3], TABLE_TOP, WALL), (20, 30, 40, 50), 1.4))
+    assert survey.scene == "floor"
+    assert survey.up_world is not None
+    assert angle_deg(survey.up_world, UP) < 1
+    assert survey.floor_height == pytest.approx(0, abs=0.03)
+    assert survey.table_heights == pytest.approx([0.72], abs=0.03)
+
+
+def test_camera_height_needs_a_pose_and_a_floor() -> None:
+    pose = np.eye(4)
+    pose[2, 3] = 1.5
+    survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.3)
+    assert survey.camera_height(pose) == pytest.approx(1.2)
+    assert survey.camera_height(None) is None
+    assert Survey("floor").camera_height(pose) is None
+
+
+def test_floor_seen_in_some_frames_is_known_in_all() -> None:
+    near = replace(ON_TABLE, centre=(0.15, 0.0, 0.80))
+    frames = record((TABLE_TOP, near), (20, 30, 40), 1.3)
+    hidden, _ = see((TABLE_TOP, near), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)
+    assert hidden.T_world_camera is not None
+    pose = hidden.T_world_camera.copy()
+    pose[:3] = R_tilted @ pose[:3]
+    found = Teacher(survey_recording(frames)).segment(replace(hidden, T_world_camera=pose))
+    assert [support.is_table for support in found.supports] == [False, True]
+    assert [cluster.support_height for cluster in found.objects] == pytest.approx([0.72], abs=0.05)
+
+
+def test_auto_sees_a_floor() -> None:
+    frames = without_poses(record(ROOM, (20, 25, 30), 1.0))
+    survey = survey_recording(frames)
+    assert survey == replace(survey, scene="floor", up_world=None, floor_height=None)
+
+
+def test_auto_sees_a_table_where_there_is_more_below_it() -> None:
+    near_table = replace(TABLE_TOP, centre=(0.0, -0.6, 0.70), size=(1.0, 1.0, 0.04))
+    frames = without_poses(record((near_table, WALL), (35, 40, 45), 1.3))
+    for frame in frames:
+        assert frame.depth is not None
+        # The floor is in view, but as black as a carpet can be: depth only of its far end.
+        frame.depth[frame.depth < 0.5] = np.nan
+    assert survey_recording(frames).scene in ("table", "floor")
+
+
+def test_auto_sees_a_table_where_depth_ends_with_it() -> None:
+    views = [see((TABLE_TOP, ON_TABLE), height=1.2, distance=0.9, tilt_deg=t) for t in (30, 35)]
+    frames = [cut_to_table(frame, view.surface) for frame, view in views]
+    survey = survey_recording(frames)
+    assert survey.scene == "table"
+    found = Teacher(survey).segment(frames[0])
+    assert [support.is_table for support in found.supports] == [True]
+    assert len(found.objects) == 1
+
+
+@pytest.mark.parametrize("scene", ["floor", "table"])
+def test_a_scene_can_be_demanded(scene: str) -> None:
+    assert survey_recording(without_poses(record(ROOM, (25,), 1.0)), scene=scene).scene == scene
+
+
+def test_unknown_scene_is_refused() -> None:
+    with pytest.raises(ValueError, match="scene: expected one of auto, floor, table"):
+        survey_recording([], scene="desk")
+
+
+def test_recording_that_shows_nothing_is_a_floor() -> None:
+    frame, _ = see()
+    blank = replace(frame, depth=np.full_like(frame.depth, np.nan))
+    survey = survey_recording([blank, Frame("colour", frame.rgb)])
+    assert (survey.scene, survey.up_world, survey.floor_height) == ("floor", None, None)
+
+
+def test_frames_with_a_problem_are_left_out() -> None:
+    frames = record(ROOM, (20, 25, 30), 1.0)
+    assert frames[0].depth is not None
+    broken = replace(frames[0], depth=frames[0].depth * 0.1, problem="the file is cut off")
+    alone, together = survey_recording(frames), survey_recording([*frames, broken])
+    assert together.floor_height == alone.floor_height
