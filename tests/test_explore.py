@@ -125,14 +125,14 @@ def error_of(learner: SaliencyLearner, recording: RoomRecording) -> float:
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_room_is_learned_in_25_steps(room, unseen, teacher, preset, seed) -> None:
-    """Bounds from 10 seeds of both presets: error 0.08 and AUC 0.994 at worst."""
+    """Of 10 seeds of both presets the worst has an error of 0.053 and an AUC of 0.993."""
     learner = make_learner(Config.of_preset(preset), teacher, np.random.default_rng(seed))
     assert error_of(learner, unseen) == 1
     run(room, learner, 25, seed=seed)
     scores = MapScores()
     for frame, truth in zip(unseen.frames, unseen.truths.values(), strict=True):
         scores.add(frame.id, learner.saliency(frame.rgb), truth)
-    assert error_of(learner, unseen) < 0.15
+    assert error_of(learner, unseen) < 0.10
     assert scores.ranking().roc_auc > 0.98
 
 
@@ -140,18 +140,18 @@ def test_a_room_is_learned_in_25_steps(room, unseen, teacher, preset, seed) -> N
 def test_every_strategy_learns_the_room(room, unseen, teacher, strategy: str) -> None:
     learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
     run(room, learner, 25, strategy=strategy)
-    assert error_of(learner, unseen) < 0.15
+    assert error_of(learner, unseen) < 0.10
 
 
 def test_learning_off_line_is_about_as_good(room, unseen, teacher) -> None:
-    """Bound from 10 seeds: the two differ by 0.02 at most."""
+    """Of 10 seeds the two differ by 0.005 at most."""
     config = Config.of_preset("default")
     on_line = make_learner(config, teacher, np.random.default_rng(0))
     run(room, on_line, 60)
     off_line = OffLine(config, room, teacher=teacher)
     n_seen = sum(1 for _ in off_line)
     assert n_seen == len(room)
-    assert error_of(off_line.finish(), unseen) < error_of(on_line, unseen) + 0.05
+    assert error_of(off_line.finish(), unseen) < error_of(on_line, unseen) + 0.02
 
 
 def test_errors_fall_and_progress_is_measured_where_it_looked_twice(room, teacher) -> None:

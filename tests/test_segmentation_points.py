@@ -7,7 +7,12 @@ import numpy.typing as npt
 import pytest
 from scipy.ndimage import distance_transform_cdt
 
-from curiosight.segmentation.points import _distance_to_edge, _fit_normals, observe_points
+from curiosight.segmentation.points import (
+    _distance_to_edge,
+    _fit_normals,
+    cell_of_pixel,
+    observe_points,
+)
 from room import kinect
 from scenes import kinect_noise, see
 
@@ -114,3 +119,25 @@ def test_holes_and_depth_steps_have_no_normal() -> None:
     assert np.isnan(points.normals[:, 39:41, 0]).all()
     assert np.isnan(points.normals[10:15, 10:15, 0]).all()
     assert np.isnan(points.xyz[10:15, 10:15]).all()
+
+
+def test_pixels_take_the_cell_around_them_that_is_closest_in_depth() -> None:
+    rng = np.random.default_rng(4)
+    depth = rng.uniform(1, 2, (11, 14)).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.2] = np.nan
+    coarse = np.ascontiguousarray(depth[::2, ::2])
+    cells = cell_of_pixel(coarse, depth, 2)
+    for (v, u), cell in np.ndenumerate(cells):
+        rows = sorted({v // 2, min((v + 1) // 2, 5)})
+        columns = sorted({u // 2, min((u + 1) // 2, 6)})
+        gaps = {7 * r + c: abs(float(coarse[r, c] - depth[v, u])) for r in rows for c in columns}
+        known = {place: gap for place, gap in gaps.items() if np.isfinite(gap)}
+        assert cell in gaps
+        if known:
+            assert gaps[cell] == min(known.values())
+
+
+def test_pixels_without_a_reading_take_the_cell_to_the_upper_left() -> None:
+    depth = np.full((4, 4), np.nan, np.float32)
+    cells = cell_of_pixel(np.ascontiguousarray(depth[::2, ::2]), depth, 2)
+    assert cells.tolist() == [[0, 0, 1, 1], [0, 0, 1, 1], [2, 2, 3, 3], [2, 2, 3, 3]]

@@ -15,7 +15,6 @@ from curiosight.exploration.progress import Negative, Undefined
 from curiosight.exploration.regions import OrientationSplit, PositionSplit
 from curiosight.exploration.strategies import Over
 from curiosight.features import ColourSpace, RowsPer
-from curiosight.segmentation import FLOOR, TABLE, SegmentationSettings
 
 Preset = Literal["default", "paper"]
 PRESETS: tuple[Preset, ...] = get_args(Preset)
@@ -27,8 +26,9 @@ class TeacherConfig:
 
     scene: Literal["auto", "floor", "table"] = "auto"
     n_survey_frames: int = 24
-    floor: SegmentationSettings = FLOOR
-    table: SegmentationSettings = TABLE
+
+    def __post_init__(self) -> None:
+        _check_least("n_survey_frames", self.n_survey_frames, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +76,9 @@ class ExplorerConfig:
     random_over: Over = "views"
     random_n_stay: int = 1
 
+    def __post_init__(self) -> None:
+        _check_least("steps", self.n_steps, 1)
+
 
 @dataclass(frozen=True, slots=True)
 class TestConfig:
@@ -83,6 +86,10 @@ class TestConfig:
 
     every: int = 0
     gap: int = 3
+
+    def __post_init__(self) -> None:
+        _check_least("test-every", self.every, 0)
+        _check_least("gap", self.gap, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +99,11 @@ class RunConfig:
     seed: int = 0
     n_threads: int = 2
     memory_mb: int = 256
+
+    def __post_init__(self) -> None:
+        _check_least("seed", self.seed, 0)
+        _check_least("threads", self.n_threads, 1)
+        _check_least("memory_mb", self.memory_mb, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +165,17 @@ def to_toml(config: Config) -> str:
     lines = [f"preset = {_toml_value(config.preset)}"]
     for section in fields(config):
         if section.name != "preset":
-            lines += _toml_section(section.name, getattr(config, section.name))
+            lines += ["", f"[{section.name}]"]
+            values = getattr(config, section.name)
+            lines += [
+                f"{key.name} = {_toml_value(getattr(values, key.name))}" for key in fields(values)
+            ]
     return "\n".join(lines) + "\n"
+
+
+def _check_least(name: str, value: int, least: int) -> None:
+    if value < least:
+        raise ValueError(f"{name}: expected {least} or more, got {value}")
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -200,17 +221,6 @@ def _checked(value: Any, kind: Any, path: Path, name: str) -> Any:
     if not isinstance(value, kind) or isinstance(value, bool):
         raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
     return value
-
-
-def _toml_section(name: str, section: Any) -> list[str]:
-    lines, nested = ["", f"[{name}]"], []
-    for entry in fields(section):
-        value = getattr(section, entry.name)
-        if is_dataclass(value):
-            nested += _toml_section(f"{name}.{entry.name}", value)
-        else:
-            lines.append(f"{entry.name} = {_toml_value(value)}")
-    return lines + nested
 
 
 def _toml_value(value: str | int | float) -> str:

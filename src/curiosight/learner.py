@@ -124,6 +124,7 @@ class SaliencyLearner:
         self.rows_per = rows_per
         self.colour_space = colour_space
         self.n_pixels = n_pixels
+        self.n_superpixels = n_superpixels
         self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
 
     def observe(self, frame: Frame, group: int = 0) -> Observation:
@@ -239,7 +240,7 @@ class SaliencyLearner:
             "name": "39 mean colours",
             "rows_per": self.rows_per,
             "colour_space": self.colour_space,
-            "n_superpixels": self._cut.n_superpixels,
+            "n_superpixels": self.n_superpixels,
         }
 
 

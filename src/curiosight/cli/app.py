@@ -6,12 +6,11 @@ import os
 import sys
 
 import typer
-from typer.exceptions import Exit, TyperException
+from typer.exceptions import Abort, Exit, TyperException
 
 from curiosight.cli import evaluate, explore, info, learn, map, segment
+from curiosight.cli.interrupt import INTERRUPTED
 from curiosight.errors import DataError
-
-INTERRUPTED = 130
 
 app = typer.Typer(
     help="Teach a camera to see the objects of its own rooms: depth shows what an object is, "
@@ -38,6 +37,7 @@ def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
         status = app(arguments, prog_name="curiosight", standalone_mode=False)
+        sys.stdout.flush()
         return status if isinstance(status, int) else 0
     except Exit as wish:
         return wish.exit_code
@@ -45,13 +45,15 @@ def run(arguments: list[str] | None = None) -> int:
         return _refuse(f"{mistake.format_message()} (see `curiosight --help`)")
     except (DataError, ValueError) as mistake:
         return _refuse(str(mistake))
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Abort):
         print("curiosight: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         # Whoever read our output has seen enough; Python would complain once more at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except OSError as error:
+        return _refuse(f"{error.filename or 'the system'}: {error.strerror}; check path and rights")
 
 
 def _refuse(text: str) -> int:

@@ -8,9 +8,10 @@ from typing import Annotated, Any, cast
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.talk import Talk, open_source
-from curiosight.config import Config, load_config
-from curiosight.evaluation import PARTS, SplitKind
+from curiosight.cli.talk import Talk
+from curiosight.config import Config, load_config, to_toml
+from curiosight.datasets import open_dataset
+from curiosight.evaluation import PARTS, MapScores, SplitKind
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
@@ -50,29 +51,31 @@ def evaluate(
     """Score saliency against ground truth, or against the teacher where there is none.
 
     Writes metrics.json (pooled and per frame: ROC AUC, average precision, best F1, F1 at 0.5,
-    overall error; also where the teacher knew nothing and beyond its range) and roc.png.
+    overall error; also where the teacher knew nothing and beyond its range), roc.png and
+    config.toml.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {"run.seed": seed, "teacher.scene": scene})
-    evaluation = _prepare(talk, settings, paths, folds, split, ground_truth)
-    folder = OutputFolder(out, "evaluate", overwrite=overwrite)
-    with announce_compilation(talk.console), talk.following("evaluate", len(evaluation)) as shown:
-        for _ in evaluation:
-            shown.advance()
+    folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
+    with announce_compilation(talk.console):
+        evaluation = _prepare(settings, paths, folds, split, ground_truth)
+        folder.write_text("config.toml", to_toml(settings))
+        talk.introduce(paths[-1], evaluation.truth.dataset)
+        with talk.following("evaluate", len(evaluation)) as shown:
+            for _ in evaluation:
+                shown.advance()
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
-    rankings = {part.replace("_", " "): evaluation.scores.ranking(part) for part in PARTS}
-    roc(
-        {name: ranking for name, ranking in rankings.items() if ranking.roc_auc is not None},
-        folder.file("roc.png"),
-    )
+    _draw(evaluation.scores, folder)
+    talk.warn_of(evaluation.problems, "could not be used")
+    if metrics["pooled"]["all"]["roc_auc"] is None:
+        talk.warn("no frame shows anything salient, or all of them nothing else: no figures")
     rows = _rows(metrics)
     rows["written to"] = folder.path
     talk.results("evaluate", rows, {**metrics, "out": str(folder.path)})
 
 
 def _prepare(
-    talk: Talk,
     config: Config,
     paths: list[Path],
     folds: int | None,
@@ -84,11 +87,19 @@ def _prepare(
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
         learner = SaliencyLearner.load(load_run_model(run))
-        return Evaluation(config, learner, open_source(talk, source, ground_truth))
+        return Evaluation(config, learner, open_dataset(source, ground_truth=ground_truth))
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
-    dataset = open_source(talk, paths[0], ground_truth)
+    dataset = open_dataset(paths[0], ground_truth=ground_truth)
     return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split))
+
+
+def _draw(scores: MapScores, folder: OutputFolder) -> None:
+    """Draw the curves of those parts of the pixels that show both classes."""
+    rankings = {part.replace("_", " "): scores.ranking(part) for part in PARTS}
+    drawn = {name: ranking for name, ranking in rankings.items() if ranking.roc_auc is not None}
+    if drawn:
+        roc(drawn, folder.file("roc.png"))
 
 
 def _rows(metrics: dict[str, Any]) -> dict[str, Any]:

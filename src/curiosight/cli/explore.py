@@ -8,8 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.talk import Talk, open_source, warn_of_problems
-from curiosight.config import load_config
+from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
+from curiosight.config import Config, load_config
+from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import Exploration, load_run_model
 from curiosight.experiments.output import OutputFolder
 from curiosight.explore import Step
@@ -105,42 +107,53 @@ def explore(
     )
     if test is not None and test_every is not None:
         raise ValueError("test: expected --test or --test-every, got both")
-    dataset = open_source(talk, source, ground_truth if test is None else None)
-    test_source = None if test is None else open_source(talk, test, ground_truth)
+    folder = OutputFolder(out, "explore", source, overwrite=overwrite)
+    dataset = open_dataset(source, ground_truth=ground_truth if test is None else None)
+    test_source = None if test is None else open_dataset(test, ground_truth=ground_truth)
     continued = None if from_ is None else load_run_model(from_)
-    folder = OutputFolder(out, "explore", overwrite=overwrite)
     with announce_compilation(talk.console):
         run = Exploration(settings, dataset, folder, test_source=test_source, continued=continued)
-        talk.note(
-            f"{run.regions.n_regions} regions ({run.regions.kind}), scene: "
-            f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
-        )
-        examples, is_interrupted = _follow(talk, run)
-    summary = run.finish()
-    _draw(run, folder, examples)
-    warn_of_problems(talk, run.problems, len(run.rows))
-    if run.learner.forest.is_trained is False:
-        talk.warn("nothing was learned: no frame showed both an object and its surroundings")
+        talk.introduce(source, dataset)
+        _introduce(talk, run, test, settings)
+        with CtrlC() as ctrl_c:
+            examples = _follow(talk, run, ctrl_c)
+            summary = run.finish()
+            _draw(run, folder, examples)
+    talk.warn_of(run.problems, "taught nothing")
+    if not run.learner.forest.is_trained:
+        talk.warn(NOTHING_LEARNED)
     talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
-    if is_interrupted:
+    if ctrl_c.is_pressed:
         talk.note(f"interrupted after {len(run.rows)} steps; run and model are kept")
-        raise typer.Exit(130)
+        raise typer.Exit(INTERRUPTED)
 
 
-def _follow(talk: Talk, run: Exploration) -> tuple[list[Step], bool]:
-    """Run the loop to its end or to Ctrl-C; return some of its last steps, and which it was."""
+def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config) -> None:
+    """Say what the run starts from."""
+    if test is not None:
+        talk.introduce(test, run.truth.dataset)
+    if run.config != settings:
+        talk.note("the model goes on with its own features and forest, not with these settings'")
+    talk.note(
+        f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
+        f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
+    )
+    n_left_out = len(run.truth.indices) - run.held_out.n_frames
+    if n_left_out:
+        talk.note(f"{count(n_left_out, 'test frame')} left out: bad, or nothing salient in it")
+
+
+def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
+    """Run the loop to its end or to Ctrl-C; return some of its last steps."""
     n_steps = run.config.explorer.n_steps
     examples: list[Step] = []
     with talk.following("explore", n_steps) as shown:
-        try:
-            for step, row in run:
-                name = run.regions.names[row.region] if row.region >= 0 else None
-                shown.advance(describe_step(row.error, name, row.overall_error))
-                if step.observation.error is not None:
-                    examples = _keep_spread(examples, step, n_steps)
-        except KeyboardInterrupt:
-            return examples, True
-    return examples, False
+        for step, row in ctrl_c.until_pressed(run):
+            name = run.regions.names[row.region] if row.region >= 0 else None
+            shown.advance(describe_step(row.error, name, row.overall_error))
+            if step.observation.error is not None:
+                examples = _keep_spread(examples, step, n_steps)
+    return examples
 
 
 def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
@@ -151,8 +164,6 @@ def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
 
 
 def _draw(run: Exploration, folder: OutputFolder, examples: list[Step]) -> None:
-    if not run.rows:
-        return
     learning_curve(run.rows, folder.file("figures/learning_curve.png"))
     names = run.regions.names
     time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))

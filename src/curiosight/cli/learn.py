@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import typer
+
 from curiosight.cli import options
-from curiosight.cli.talk import Talk, open_source, warn_of_problems
+from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import load_config, to_toml
+from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import MODEL
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.output import OutputFolder
@@ -26,7 +32,8 @@ def learn(
     """Learn a whole recording at once: the off-line model, the least error to expect.
 
     Every frame gives up to 700 labelled pixels; where all together are more than the buffer's
-    100 000, a uniformly random choice of that many is kept.
+    100 000, a uniformly random choice of that many is kept. Writes config.toml, model.npz and
+    summary.json. Ctrl-C ends it early: the model then knows the frames up to there.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
@@ -34,23 +41,34 @@ def learn(
         config,
         {"run.seed": seed, "teacher.scene": scene, "run.n_threads": threads},
     )
-    dataset = open_source(talk, source)
-    folder = OutputFolder(out, "learn", overwrite=overwrite)
+    folder = OutputFolder(out, "learn", source, overwrite=overwrite)
+    dataset = open_dataset(source)
     with announce_compilation(talk.console):
         off_line = OffLine(settings, dataset)
-        with talk.following("learn", len(dataset)) as shown:
-            for _ in off_line:
-                shown.advance()
-        learner = off_line.finish()
-    folder.write_text("config.toml", to_toml(settings))
-    learner.save(folder.file(MODEL), {"source": dataset.name})
-    summary = off_line.summary()
-    folder.write_json("summary.json", summary)
-    warn_of_problems(talk, off_line.problems, len(dataset))
+        folder.write_text("config.toml", to_toml(settings))
+        talk.introduce(source, dataset)
+        with CtrlC() as ctrl_c:
+            with talk.following("learn", len(dataset)) as shown:
+                for _ in ctrl_c.until_pressed(off_line):
+                    shown.advance()
+            learner = off_line.finish()
+            learner.save(folder.file(MODEL), {"source": dataset.name})
+            summary = off_line.summary()
+            folder.write_json("summary.json", summary)
+    talk.warn_of(off_line.problems, "taught nothing")
+    if not learner.forest.is_trained:
+        talk.warn(NOTHING_LEARNED)
+    talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})
+    if ctrl_c.is_pressed:
+        talk.note(f"interrupted after {summary['frames']} frames; the model of these is kept")
+        raise typer.Exit(INTERRUPTED)
+
+
+def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
+    """Return what a person wants to see of the summary."""
     drawn, kept = summary["samples_drawn"], summary["samples_kept"]
-    rows = {
+    return {
         "frames": summary["frames"],
         "samples": drawn if drawn == kept else f"{kept} of {drawn}, chosen at random",
         "written to": folder.path,
     }
-    talk.results("learn", rows, {**summary, "out": str(folder.path)})

@@ -8,11 +8,13 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.talk import Talk, open_source
+from curiosight.cli.talk import Talk
 from curiosight.config import load_config
+from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.mapping import map_recording
 from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.problems import Problems
 from curiosight.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
@@ -39,23 +41,28 @@ def map_(
     """Find objects in colour images with a learned model: <id>.png, 255 = surely salient."""
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config)
+    folder = OutputFolder(out, "map", source, overwrite=overwrite)
     learner = SaliencyLearner.load(load_run_model(run))
-    dataset = open_source(talk, source)
-    folder = OutputFolder(out, "map", overwrite=overwrite)
-    n_bad = 0
+    dataset = open_dataset(source)
+    talk.introduce(source, dataset)
+    problems = Problems()
+    n_mapped = 0
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
         for frame, saliency, problem in map_recording(settings, learner, dataset, folder):
             if saliency is None:
-                n_bad += 1
-                talk.warn(f"{frame.id}: {problem}")
-            elif overlay:
-                picture = overlay_saliency(frame.rgb, saliency)
-                folder.write_image(f"overlays/{frame.id}.jpg", picture)
+                problems.add(frame, problem)
+            else:
+                n_mapped += 1
+                if overlay:
+                    picture = overlay_saliency(frame.rgb, saliency)
+                    folder.write_image(f"overlays/{frame.id}.jpg", picture)
             shown.advance()
-    if n_bad:
-        talk.warn(f"{n_bad} of {len(dataset)} images could not be mapped")
+    talk.warn_of(problems, "could not be mapped")
     if not learner.forest.is_trained:
         talk.warn("the model has not seen both objects and surroundings yet: every map is black")
-    n_mapped = len(dataset) - n_bad
-    summary = {"images": n_mapped, "bad_images": n_bad, "out": str(folder.path)}
+    summary = {
+        "images": n_mapped,
+        "bad_images": len(dataset) - n_mapped,
+        "out": str(folder.path),
+    }
     talk.results("map", {"images": n_mapped, "written to": folder.path}, summary)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Annotated
 
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.talk import Talk, open_source, warn_of_problems
-from curiosight.config import load_config
+from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.talk import Talk
+from curiosight.config import load_config, to_toml
+from curiosight.datasets import open_dataset
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.segmenting import segment_recording
+from curiosight.experiments.segmenting import Segmenting
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_labels
 
@@ -30,29 +31,27 @@ def segment(
     """Segment depth: objects on supports (salient), supports and walls (not), the rest unknown.
 
     Writes labels/<id>.png (255 salient, 0 not salient, 125 unknown, 75 unavailable),
-    instances/<id>.png (16 bit), objects.json and overlays/<id>.jpg.
+    instances/<id>.png (16 bit, one number an object), objects.json and overlays/<id>.jpg.
+    Ctrl-C ends it early and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {"teacher.scene": scene})
-    dataset = open_source(talk, source)
-    folder = OutputFolder(out, "segment", overwrite=overwrite)
-    n_frames = len(range(0, len(dataset), max(every, 1)))
-    problems: Counter[str] = Counter()
-    n_objects = 0
-    with announce_compilation(talk.console), talk.following("segment", n_frames) as shown:
-        for frame, segmentation in segment_recording(settings, dataset, folder, every=every):
-            overlay = overlay_labels(frame.rgb, segmentation)
-            folder.write_image(f"overlays/{frame.id}.jpg", overlay)
-            n_objects += len(segmentation.objects)
-            if segmentation.problem is not None:
-                problems["bad frame" if frame.problem else segmentation.problem] += 1
-            shown.advance()
-    warn_of_problems(talk, problems, n_frames)
-    summary = {
-        "frames": n_frames,
-        "objects": n_objects,
-        "problems": dict(problems),
-        "out": str(folder.path),
-    }
-    rows = {"frames": n_frames, "objects": n_objects, "written to": folder.path}
-    talk.results("segment", rows, summary)
+    folder = OutputFolder(out, "segment", source, overwrite=overwrite)
+    dataset = open_dataset(source)
+    with announce_compilation(talk.console):
+        segmenting = Segmenting(settings, dataset, folder, every=every)
+        folder.write_text("config.toml", to_toml(settings))
+        talk.introduce(source, dataset)
+        with CtrlC() as ctrl_c, talk.following("segment", len(segmenting)) as shown:
+            for frame, segmentation in ctrl_c.until_pressed(segmenting):
+                overlay = overlay_labels(frame.rgb, segmentation)
+                folder.write_image(f"overlays/{frame.id}.jpg", overlay)
+                shown.advance()
+            summary = segmenting.finish()
+    talk.warn_of(segmenting.problems, "told nothing")
+    rows = {name: summary[name] for name in ("frames", "objects", "scene")}
+    rows["written to"] = folder.path
+    talk.results("segment", rows, {**summary, "out": str(folder.path)})
+    if ctrl_c.is_pressed:
+        talk.note(f"interrupted after {summary['frames']} frames; they are kept")
+        raise typer.Exit(INTERRUPTED)

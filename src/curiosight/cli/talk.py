@@ -8,10 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
-from curiosight.datasets import Dataset, open_dataset
+from curiosight.datasets import Dataset
+from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import FrameProgress, progress_console
+
+NOTHING_LEARNED = (
+    "nothing was learned: no frame showed both an object and its surroundings "
+    "(see what `curiosight segment` makes of it)"
+)
 
 
 class Talk:
@@ -21,8 +26,8 @@ class Talk:
         self.quiet = quiet
         self.as_json = as_json
         self.console = progress_console(is_quiet=quiet)
-        self._warnings = Console(stderr=True, highlight=False, soft_wrap=True)
-        self._results = Console(highlight=False, soft_wrap=True)
+        self._warnings = Console(stderr=True, highlight=False)
+        self._results = Console(highlight=False)
 
     def note(self, text: str) -> None:
         """Say something worth knowing."""
@@ -30,7 +35,26 @@ class Talk:
 
     def warn(self, text: str) -> None:
         """Say something that the user may want to mend."""
-        self._warnings.print(f"warning: {text}", markup=False)
+        self._warnings.print(f"warning: {text}", markup=False, soft_wrap=True)
+
+    def warn_of(self, problems: Problems, what: str) -> None:
+        """Count the frames that were bad, a line for each problem; what: happened to them."""
+        for sentence in problems.sentences(what):
+            self.warn(sentence)
+
+    def introduce(self, path: Path, dataset: Dataset) -> None:
+        """Say what a source was taken for.
+
+        To be called once the command can start: a refusal is one line and no more.
+        """
+        n_truth = sum(map(dataset.has_ground_truth, range(len(dataset))))
+        n_posed = sum(pose is not None for pose in dataset.poses)
+        parts = [f"{path}: {dataset.name}, {count(len(dataset), 'frame')}"]
+        parts.append(f"{n_posed} with pose" if n_posed else "no poses")
+        parts.append(f"{n_truth} with ground truth" if n_truth else "no ground truth")
+        self.note(", ".join(parts))
+        for remark in dataset.remarks:
+            self.note(f"  {remark}")
 
     def following(self, title: str, n_frames: int) -> FrameProgress:
         """Return the line of progress of a command."""
@@ -41,37 +65,20 @@ class Talk:
         if self.as_json:
             print(json.dumps(content, indent=1, allow_nan=False))
         elif not self.quiet:
-            table = Table(title=title, title_justify="left", show_header=False, box=None)
+            self._results.print(title, style="bold", markup=False, soft_wrap=True)
+            width = max(map(len, rows))
             for name, value in rows.items():
-                table.add_row(name, format_value(value))
-            self._results.print(table)
+                line = f"  {name:{width}}  {format_value(value)}"
+                self._results.print(line, markup=False, soft_wrap=True)
 
 
 def format_value(value: Any) -> str:
     """Write a result for a person."""
     if value is None:
         return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return f"{value:.3f}" if isinstance(value, float) else str(value)
-
-
-def open_source(talk: Talk, path: Path, ground_truth: Path | None = None) -> Dataset:
-    """Open a recording, and say what it was taken for."""
-    dataset = open_dataset(path, ground_truth=ground_truth)
-    n_truth = sum(map(dataset.has_ground_truth, range(len(dataset))))
-    n_posed = sum(pose is not None for pose in dataset.poses)
-    parts = [f"{path}: {dataset.name}, {count(len(dataset), 'frame')}"]
-    parts.append(f"{n_posed} with pose" if n_posed else "no poses")
-    parts.append(f"{n_truth} with ground truth" if n_truth else "no ground truth")
-    talk.note(", ".join(parts))
-    for remark in dataset.remarks:
-        talk.note(f"  {remark}")
-    return dataset
-
-
-def warn_of_problems(talk: Talk, problems: Mapping[str, int], n_frames: int) -> None:
-    """Count what was wrong with frames, a line a kind."""
-    for problem, n_affected in sorted(problems.items()):
-        talk.warn(f"{n_affected} of {n_frames} looks taught nothing: {problem}")
 
 
 def count(number: int, noun: str) -> str:

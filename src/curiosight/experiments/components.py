@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from curiosight.config import Config
+from curiosight.config import Config, ForestConfig, LearnerConfig
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
@@ -90,6 +91,30 @@ def make_learner(
         n_pixels=config.learner.n_pixels,
         n_superpixels=config.learner.n_superpixels,
         seed=rng,
+    )
+
+
+def with_settings_of(learner: SaliencyLearner, config: Config) -> Config:
+    """Return the settings with [learner] and [forest] as a loaded model has them."""
+    forest = learner.forest
+    return replace(
+        config,
+        learner=LearnerConfig(
+            rows_per=learner.rows_per,
+            colour_space=learner.colour_space,
+            n_superpixels=learner.n_superpixels,
+            n_pixels=learner.n_pixels,
+        ),
+        forest=ForestConfig(
+            n_trees=forest.n_trees,
+            n_regrown=forest.n_regrown,
+            share=forest.share,
+            max_samples=forest.max_samples,
+            max_depth=forest.max_depth,
+            min_split=forest.min_split,
+            n_split_features=forest.n_split_features % N_FEATURES,
+            vote=forest.vote,
+        ),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
 from curiosight.experiments.components import make_teacher, place
 from curiosight.experiments.learning import OffLine
+from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.frame import Frame
 from curiosight.learner import SaliencyLearner
@@ -30,13 +32,14 @@ class Evaluation:
         self.learner = learner
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.scores = MapScores()
+        self.problems = Problems()
 
     def __len__(self) -> int:
         return len(self.truth.indices)
 
     def __iter__(self) -> Iterator[Frame]:
         """Score frame by frame; yield each when it is done."""
-        yield from score_maps(self.scores, self.learner, self.truth)
+        yield from _score(self.scores, self.learner, self.truth, self.problems)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
@@ -57,12 +60,13 @@ class CrossValidation:
         self.folds = make_folds(len(dataset), n_folds, split, rng, gap=config.test.gap)
         self.split = split
         self.teacher: Teacher = make_teacher(config, dataset)
-        self.truth_kind = find_truth(dataset, range(len(dataset)), self.teacher).kind
+        self.truth = find_truth(dataset, range(len(dataset)), self.teacher)
         self.scores = MapScores()
+        self.problems = Problems()
 
     def __len__(self) -> int:
         """Count the frames that are looked at, to learn or to test."""
-        return sum(len(training) + len(test) for training, test in self.folds)
+        return sum(len(training) for training, _ in self.folds) + len(self.truth.indices)
 
     def __iter__(self) -> Iterator[Frame]:
         """Learn and score frame by frame; yield each when it is done."""
@@ -74,16 +78,17 @@ class CrossValidation:
                 indices=training.tolist(),
                 teacher=self.teacher,
                 seed=seed,
+                problems=self.problems,
             )
             yield from off_line
-            truth = find_truth(self.dataset, test.tolist(), self.teacher)
-            if truth.kind == self.truth_kind:
-                yield from score_maps(self.scores, off_line.finish(), truth, self.teacher)
+            tested = tuple(index for index in self.truth.indices if index in test)
+            truth = replace(self.truth, teacher=self.teacher, indices=tested)
+            yield from _score(self.scores, off_line.finish(), truth, self.problems)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
         return {
-            "truth": self.truth_kind,
+            "truth": self.truth.kind,
             "folds": len(self.folds),
             "split": self.split,
             "preset": self.config.preset,
@@ -92,17 +97,15 @@ class CrossValidation:
         }
 
 
-def score_maps(
-    scores: MapScores,
-    learner: SaliencyLearner,
-    truth: Truth,
-    teacher: Teacher | None = None,
+def _score(
+    scores: MapScores, learner: SaliencyLearner, truth: Truth, problems: Problems
 ) -> Iterator[Frame]:
-    """Add the maps of a truth's frames to the scores; yield each frame when it is done."""
-    teacher = teacher or truth.teacher
+    """Add the maps of a truth's usable frames to the scores; yield each frame when it is done."""
     for frame, labels in truth:
-        taught = teacher.segment(frame).labels if teacher is not None else None
-        scores.add(frame.id, learner.saliency(frame.rgb), labels, taught, frame.depth)
+        problems.add(frame)
+        if labels is not None:
+            taught = truth.teacher.segment(frame).labels if truth.teacher is not None else None
+            scores.add(frame.id, learner.saliency(frame.rgb), labels, taught, frame.depth)
         yield frame
 
 

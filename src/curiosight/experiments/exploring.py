@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -20,8 +19,11 @@ from curiosight.experiments.components import (
     choose_strategy,
     make_learner,
     make_teacher,
+    place,
+    with_settings_of,
 )
 from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.problems import Problems
 from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.exploration import Odometer
@@ -51,7 +53,8 @@ class Exploration:
     """One exploration of a recording, written to a folder while it runs.
 
     test_source: another recording to test on, instead of the settings' `test.every`.
-    continued: a model to go on with, see `load_run_model`.
+    continued: a model to go on with, see `load_run_model`; its features and forest replace
+        those of the settings.
     """
 
     def __init__(
@@ -63,23 +66,24 @@ class Exploration:
         test_source: Dataset | None = None,
         continued: Path | None = None,
     ) -> None:
-        if config.explorer.n_steps < 1:
-            raise ValueError(f"steps: expected 1 or more, got {config.explorer.n_steps}")
-        self.config = config
         self.dataset = dataset
         self.out = out
         self.rows: list[StepRow] = []
-        self.problems: Counter[str] = Counter()
+        self.problems = Problems()
+        self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
         training, test = _split(config, dataset, test_source)
         self.teacher = make_teacher(config, dataset)
         self.regions = choose_regions(config, dataset, self.teacher.survey)
-        self.learner = make_learner(config, self.teacher, learner_rng)
-        if continued is not None:
+        if continued is None:
+            self.learner = make_learner(config, self.teacher, learner_rng)
+        else:
             self.learner = SaliencyLearner.load(
                 continued, self.teacher, seed=learner_rng, n_threads=config.run.n_threads
             )
+            config = with_settings_of(self.learner, config)
+        self.config = config
         self.world = ReplayWorld(
             dataset, self.regions.of_view, indices=training, memory_mb=config.run.memory_mb
         )
@@ -132,10 +136,7 @@ class Exploration:
     def _note(self, step: Step) -> StepRow:
         """Return the step's row; count what was wrong with its frame."""
         observation = step.observation
-        if observation.frame.problem is not None:
-            self.problems["bad frames"] += 1
-        elif observation.segmentation.problem is not None:
-            self.problems[observation.segmentation.problem] += 1
+        self.problems.add(observation.frame, observation.segmentation.problem)
         self._odometer.add(step.viewpoint.T_world_camera)
         return StepRow(
             step=step.index,
@@ -152,7 +153,9 @@ class Exploration:
     def _summary(self) -> dict[str, Any]:
         last = self.rows[-1] if self.rows else None
         return {
-            "source": self.dataset.name,
+            "source": place(self.dataset),
+            "layout": self.dataset.name,
+            "continued": str(self._continued) if self._continued else None,
             "strategy": self.config.explorer.strategy,
             "preset": self.config.preset,
             "seed": self.config.run.seed,
@@ -163,11 +166,12 @@ class Exploration:
             "training_frames": len(self.world.views),
             "overall_error": last.overall_error if last else None,
             "tested_on": self.truth.kind,
+            "test_source": place(self.truth.dataset) if self.truth.indices else None,
             "test_frames": self.held_out.n_frames,
             "samples": last.samples if last else 0,
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
-            "problems": dict(self.problems),
+            "problems": self.problems.counts(),
             "stages": self.stopwatch.summary(),
             "seconds": round(time.perf_counter() - self._started, 2),
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -10,8 +9,8 @@ import numpy as np
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.errors import DataError
 from curiosight.experiments.components import make_learner, make_teacher, place
+from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
 from curiosight.learner import SaliencyLearner, fit_labels
 from curiosight.segmentation import Teacher
@@ -33,6 +32,7 @@ class OffLine:
         indices: Sequence[int] | None = None,
         teacher: Teacher | None = None,
         seed: int | np.random.SeedSequence | None = None,
+        problems: Problems | None = None,
     ) -> None:
         self.config = config
         self.dataset = dataset
@@ -40,7 +40,8 @@ class OffLine:
         self.teacher = teacher or make_teacher(config, dataset)
         rng = np.random.default_rng(config.run.seed if seed is None else seed)
         self.learner: SaliencyLearner = make_learner(config, self.teacher, rng)
-        self.problems: Counter[str] = Counter()
+        self.problems = problems or Problems()
+        self.n_frames = 0
         self.n_sampled = 0
         self._rows: list[Any] = []
         self._is_salient: list[Any] = []
@@ -55,38 +56,35 @@ class OffLine:
                 yield frame
 
     def finish(self) -> SaliencyLearner:
-        """Grow the trees on what was sampled and return the model."""
-        if not self.n_sampled:
-            raise DataError(
-                place(self.dataset),
-                "no frame taught anything (no support plane with known pixels was seen)",
-                "look at what `curiosight segment` makes of it, or give --scene",
-            )
-        self.learner.forest.fit(np.concatenate(self._rows), np.concatenate(self._is_salient))
+        """Grow the trees on what was sampled so far and return the model.
+
+        It stays untrained where the frames did not show both objects and what is none.
+        """
+        if self.n_sampled:
+            self.learner.forest.fit(np.concatenate(self._rows), np.concatenate(self._is_salient))
         return self.learner
 
     def _sample(self, frame: Frame) -> None:
         segmentation = self.learner.segment(frame)
-        if frame.problem is not None:
-            self.problems["bad frames"] += 1
-        elif segmentation.problem is not None:
-            self.problems[segmentation.problem] += 1
+        self.problems.add(frame, segmentation.problem)
         description = self.learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)
         rows, is_salient = self.learner.sample(description, labels)
         self._rows.append(rows)
         self._is_salient.append(is_salient)
+        self.n_frames += 1
         self.n_sampled += len(rows)
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""
         return {
-            "source": self.dataset.name,
+            "source": place(self.dataset),
+            "layout": self.dataset.name,
             "preset": self.config.preset,
             "seed": self.config.run.seed,
             "scene": self.teacher.survey.scene,
-            "frames": len(self.indices),
+            "frames": self.n_frames,
             "samples_drawn": self.n_sampled,
             "samples_kept": self.learner.forest.n_samples,
-            "problems": dict(self.problems),
+            "problems": self.problems.counts(),
         }

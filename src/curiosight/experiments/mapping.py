@@ -9,7 +9,7 @@ import numpy as np
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.experiments.output import OutputFolder
-from curiosight.frame import Frame, Rgb
+from curiosight.frame import Frame
 from curiosight.learner import Saliency, SaliencyLearner
 
 
@@ -24,15 +24,20 @@ def map_recording(
         for index in range(len(dataset)):
             frame = frames[index]
             frames.expect(range(index + 1, min(index + 4, len(dataset))))
-            problem = unusable(frame.rgb, frame.problem)
-            if problem is not None:
-                yield frame, None, problem
-                continue
-            saliency = learner.saliency(frame.rgb)
-            out.write_image(f"{frame.id}.png", np.rint(255 * saliency).astype(np.uint8))
-            yield frame, saliency, None
+            saliency, problem = _map(learner, frame)
+            if saliency is not None:
+                out.write_image(f"{frame.id}.png", np.rint(255 * saliency).astype(np.uint8))
+            yield frame, saliency, problem
 
 
-def unusable(rgb: Rgb, problem: str | None) -> str | None:
-    """Return why an image cannot be mapped; what is wrong with depth or pose does not matter."""
-    return problem if problem is not None and not rgb.any() else None
+def _map(learner: SaliencyLearner, frame: Frame) -> tuple[Saliency | None, str | None]:
+    """Return an image's saliency, or None and why there is none.
+
+    What is wrong with a frame's depth or pose does not matter: its colour is not black then.
+    """
+    if frame.problem is not None and not frame.rgb.any():
+        return None, frame.problem
+    try:
+        return learner.saliency(frame.rgb), None
+    except ValueError as error:  # too narrow an image to be cut into superpixels
+        return None, str(error)

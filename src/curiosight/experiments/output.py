@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import errno
+import io
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,22 +23,22 @@ from curiosight.errors import DataError
 class OutputFolder:
     """A folder to write results to.
 
+    It is made with its first file: a command that is refused leaves nothing behind.
+
     path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
         is refused unless `overwrite`; then files of the same names are replaced.
+    source: the recording that is read, whose files are never replaced.
     """
 
-    def __init__(self, path: Path | None, command: str, *, overwrite: bool = False) -> None:
-        if path is None:
-            path = Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
-        self.path = path
-        with writing(path):
-            if path.is_file():
-                raise DataError(path, "is a file", "choose a folder for --out")
-            if path.is_dir() and any(path.iterdir()) and not overwrite:
-                raise DataError(
-                    path, "exists and is not empty", "choose another --out, or add --overwrite"
-                )
-            path.mkdir(parents=True, exist_ok=True)
+    def __init__(
+        self, path: Path | None, command: str, source: Path, *, overwrite: bool = False
+    ) -> None:
+        self._may_exist = path is not None
+        self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
+        self._is_made = False
+        with writing(self.path):
+            if self.path.exists():
+                self._check_existing(source, overwrite)
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file, completely or not at all."""
@@ -59,9 +60,24 @@ class OutputFolder:
     def file(self, name: str) -> Path:
         """Return the path of a file inside, its folder made."""
         path = self.path / name
-        with writing(path):
+        with writing(self.path):
+            if not self._is_made:
+                self.path.mkdir(parents=True, exist_ok=self._may_exist)
+                self._is_made = True
             path.parent.mkdir(parents=True, exist_ok=True)
         return path
+
+    def _check_existing(self, source: Path, overwrite: bool) -> None:
+        if not self.path.is_dir():
+            raise DataError(self.path, "is a file", "choose a folder for --out")
+        if not any(self.path.iterdir()):
+            return
+        if not overwrite:
+            remedy = "choose another --out, or add --overwrite"
+            raise DataError(self.path, "exists and is not empty", remedy)
+        if self.path.resolve().is_relative_to(source.resolve()):
+            found = "is part of the recording, whose files are not overwritten"
+            raise DataError(self.path, found, "choose an --out elsewhere")
 
     def _replace(self, name: str, content: bytes) -> None:
         path = self.file(name)
@@ -84,8 +100,7 @@ class TableFile:
         self._path = path
         self._columns = list(columns)
         with writing(path):
-            self._file: TextIO = path.open("w", newline="", encoding="utf-8")
-            self._writer = csv.writer(self._file, lineterminator="\n")
+            self._file = path.open("wb", buffering=0)
             self._write(self._columns)
 
     def add(self, row: Mapping[str, Any]) -> None:
@@ -99,8 +114,13 @@ class TableFile:
             self._file.close()
 
     def _write(self, cells: Sequence[Any]) -> None:
-        self._writer.writerow(cells)
-        self._file.flush()
+        line = io.StringIO()
+        csv.writer(line, lineterminator="\n").writerow(cells)
+        content = line.getvalue().encode()
+        start = self._file.tell()
+        if self._file.write(content) != len(content):
+            self._file.truncate(start)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _cell(value: Any) -> Any:

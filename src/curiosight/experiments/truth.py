@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
+from curiosight.experiments.components import place
 from curiosight.frame import Frame, Rgb
 from curiosight.segmentation import Teacher
 
@@ -26,16 +27,15 @@ class Truth:
     indices: tuple[int, ...]
     teacher: Teacher | None
 
-    def __iter__(self) -> Iterator[tuple[Frame, Labels]]:
-        """Yield each usable frame with its (H, W) labels; bad frames are passed over."""
+    def __iter__(self) -> Iterator[tuple[Frame, Labels | None]]:
+        """Yield each frame with its (H, W) labels, None where the frame is bad."""
         for index in self.indices:
             frame = self.dataset[index]
-            if frame.problem is None:
-                yield frame, self._labels(index, frame)
+            yield frame, self._labels(index, frame) if frame.problem is None else None
 
     def labelled_frames(self) -> Iterator[tuple[Rgb, Labels]]:
-        """Yield only images and labels."""
-        return ((frame.rgb, labels) for frame, labels in self)
+        """Yield images and labels of the usable frames."""
+        return ((frame.rgb, labels) for frame, labels in self if labels is not None)
 
     def _labels(self, index: int, frame: Frame) -> Labels:
         if self.kind == "ground truth":
@@ -58,9 +58,6 @@ def find_truth(dataset: Dataset, indices: Sequence[int], teacher: Teacher | None
     if not len(indices):
         return Truth("nothing", dataset, (), None)
     if teacher is None:
-        raise DataError(
-            getattr(dataset, "path", dataset.name),
-            "has neither ground truth nor depth to compare with",
-            "give --ground-truth",
-        )
+        found = "has neither ground truth nor depth to compare with"
+        raise DataError(place(dataset), found, "give --ground-truth")
     return Truth("teacher", dataset, tuple(indices), teacher)

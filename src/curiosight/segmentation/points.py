@@ -165,10 +165,12 @@ def cell_of_pixel(coarse: Array, depth: Array, stride: int) -> Array:
             right = min(left + 1, n_columns - 1) if u % stride else left
             here = depth[v, u]
             best, nearest = top * n_columns + left, abs(coarse[top, left] - here)
+            if np.isnan(nearest):
+                nearest = np.inf
             if right > left or bottom > top:
                 for row, column in ((top, right), (bottom, left), (bottom, right)):
                     gap = abs(coarse[row, column] - here)
-                    if gap < nearest or nearest != nearest:
+                    if gap < nearest:
                         best, nearest = row * n_columns + column, gap
             cells[v, u] = best
     return cells

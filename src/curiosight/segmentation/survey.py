@@ -51,7 +51,7 @@ def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
     """
     if scene not in SCENES:
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
-    observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _has_depth(frame)]
+    observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _can_teach(frame)]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
     if up is not None:
@@ -65,8 +65,9 @@ def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
     return Survey("table" if scene == "table" else "floor", up)
 
 
-def _has_depth(frame: Frame) -> bool:
-    return frame.depth is not None and bool(np.isfinite(frame.depth).any())
+def _can_teach(frame: Frame) -> bool:
+    has_depth = frame.depth is not None and bool(np.isfinite(frame.depth).any())
+    return has_depth and frame.problem is None
 
 
 def _observe(frame: Frame) -> Points:

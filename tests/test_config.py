@@ -1,0 +1,240 @@
+"""Settings: presets, TOML, what overrides what, and what is refused."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curiosight.config import PRESETS, Config, load_config, to_toml
+from curiosight.errors import DataError
+from curiosight.experiments.components import choose_strategy, make_learner
+from curiosight.frame import Viewpoint
+from curiosight.learner import SaliencyLearner
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def write_file(text: str) -> Path:
+        path = tmp_path / "config.toml"
+        path.write_text(text)
+        return path
+
+    return write_file
+
+
+def test_paper_holds_the_papers_numbers() -> None:
+    config = Config.of_preset("paper")
+    learner, forest, explorer = config.learner, config.forest, config.explorer
+    assert (learner.rows_per, learner.colour_space, learner.n_pixels) == ("pixel", "rgb", 700)
+    assert (forest.n_trees, forest.n_regrown, forest.share) == (30, 4, 0.7)
+    assert forest.max_samples == 100_000
+    assert (forest.max_depth, forest.min_split, forest.vote) == (10, 11, "hard")
+    assert forest.n_split_features == 0
+    assert (explorer.n_stay, explorer.random_share, explorer.theta) == (10, 0.25, 15)
+    assert (explorer.smoothing, explorer.exponent, explorer.negative) == (1, 1.0, "clip")
+    assert config == Config()
+
+
+def test_default_differs_from_paper_only_where_it_says() -> None:
+    def numbers(preset: str) -> dict[str, Any]:
+        table = tomllib.loads(to_toml(Config.of_preset(preset)))
+        del table["preset"]
+        return flat(table)
+
+    paper, default = numbers("paper"), numbers("default")
+    assert {key: value for key, value in default.items() if value != paper[key]} == {
+        "learner.rows_per": "superpixel",
+        "learner.colour_space": "lab",
+        "forest.max_depth": 24,
+        "forest.min_split": 200,
+        "forest.n_split_features": 12,
+        "forest.vote": "soft",
+    }
+
+
+def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested tables as one, of dotted keys."""
+    keys: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        keys |= flat(value, name + ".") if isinstance(value, dict) else {name: value}
+    return keys
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_library_defaults_are_the_papers(preset: str) -> None:
+    """The components' own defaults and the preset `paper` must not drift apart."""
+    made = make_learner(Config.of_preset(preset), None, np.random.default_rng(0))
+    plain = SaliencyLearner()
+    is_same = made.forest.settings() == plain.forest.settings()
+    assert is_same == (preset == "paper")
+    assert (made.rows_per == plain.rows_per) == (preset == "paper")
+    assert made.n_pixels == plain.n_pixels
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_toml_comes_back_as_it_was(preset: str, write) -> None:
+    config = Config.of_preset(preset)
+    assert load_config(path=write(to_toml(config))) == config
+    changed = replace(
+        config,
+        forest=replace(config.forest, n_trees=7, share=1e-05),
+        explorer=replace(config.explorer, regions='C:\\my "rooms"\nü.csv', exponent=3.0),
+        run=replace(config.run, seed=2**40),
+    )
+    assert load_config(path=write(to_toml(changed))) == changed
+
+
+@given(text=st.text(st.characters(codec="utf-8")), number=st.floats(allow_nan=False))
+@settings(max_examples=40, deadline=None)
+def test_any_text_and_number_can_be_written(text: str, number: float) -> None:
+    config = Config()
+    config = replace(config, explorer=replace(config.explorer, regions=text, exponent=number))
+    read = tomllib.loads(to_toml(config))["explorer"]
+    assert (read["regions"], read["exponent"]) == (text, number)
+
+
+def test_every_setting_is_written() -> None:
+    def keys(section: Any, prefix: str = "") -> set[str]:
+        found: set[str] = set()
+        for entry in fields(section):
+            value, name = getattr(section, entry.name), f"{prefix}{entry.name}"
+            found |= keys(value, name + ".") if is_dataclass(value) else {name}
+        return found
+
+    config = Config.of_preset("default")
+    assert set(flat(tomllib.loads(to_toml(config)))) == keys(config)
+
+
+def test_flags_go_over_the_file_and_the_file_over_the_preset(write) -> None:
+    path = write('preset = "paper"\n[forest]\nn_trees = 8\nmax_depth = 5\n')
+    config = load_config(path=path, overrides={"forest.n_trees": 9, "forest.share": None})
+    assert (config.forest.n_trees, config.forest.max_depth) == (9, 5)
+    assert config.forest.share == 0.7
+    assert (config.preset, config.learner.rows_per) == ("paper", "pixel")
+    config = load_config("default", path)
+    assert (config.preset, config.learner.rows_per) == ("default", "superpixel")
+    assert config.forest.max_depth == 5
+
+
+def test_without_anything_it_is_the_default_preset(write) -> None:
+    assert load_config() == load_config(path=write("")) == Config.of_preset("default")
+    assert load_config("paper") == Config.of_preset("paper")
+
+
+def test_whole_numbers_do_for_fractions(write) -> None:
+    config = load_config(path=write("[explorer]\nexponent = 2\n"))
+    assert isinstance(config.explorer.exponent, float)
+    assert config.explorer.exponent == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "found", "remedy"),
+    [
+        ("prest = 'paper'", "unknown key `prest`", "did you mean `preset`?"),
+        ("[lerner]\nn_pixels = 5", "unknown key `lerner`", "did you mean `learner`?"),
+        ("[forest]\nn_tres = 5", "unknown key `forest.n_tres`", "`forest.n_trees`?"),
+        ("[teacher]\nsene = 'floor'", "unknown key `teacher.sene`", "`teacher.scene`?"),
+        ("[forest]\nn_trees = 'many'", "`forest.n_trees` is 'many'", "expected int"),
+        ("[forest]\nn_trees = 7.5", "`forest.n_trees` is 7.5", "expected int"),
+        ("[forest]\nn_trees = true", "`forest.n_trees` is True", "expected int"),
+        ("[forest]\nshare = '70%'", "`forest.share` is '70%'", "expected float"),
+        ("[forest]\nvote = 'loud'", "`forest.vote` is 'loud'", "use one of 'hard', 'soft'"),
+        ("[forest]\nvote = 1", "`forest.vote` is 1", "use one of 'hard', 'soft'"),
+        ("[explorer]\nregions = 5", "`explorer.regions` is 5", "expected str"),
+        ("forest = 30", "`forest` is 30", "write a section [forest]"),
+        ("preset = 'fast'", "`preset` is 'fast'", "use one of 'default', 'paper'"),
+        ("preset = 3", "`preset` is 3", "use one of 'default', 'paper'"),
+        ("[forest\nn_trees = 5", "is no TOML", "mend that line"),
+        ("[explorer]\nn_steps = 0", "[explorer] steps: expected 1 or more", "that value"),
+        ("[run]\nn_threads = -1", "[run] threads: expected 1 or more", "that value"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_named(write, text: str, found: str, remedy: str) -> None:
+    path = write(text)
+    with pytest.raises(DataError, match=re.escape(found)) as caught:
+        load_config(path=path)
+    assert caught.value.path == path
+    assert remedy in caught.value.remedy
+
+
+def test_unreadable_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="cannot be read"):
+        load_config(path=tmp_path / "none.toml")
+    with pytest.raises(DataError, match="cannot be read"):
+        load_config(path=tmp_path)
+    (tmp_path / "latin1.toml").write_bytes(b"x = '\xe9'")
+    with pytest.raises(DataError, match="is no TOML"):
+        load_config(path=tmp_path / "latin1.toml")
+
+
+def test_an_unknown_preset_is_named() -> None:
+    with pytest.raises(ValueError, match="preset: expected default or paper, got 'fast'"):
+        load_config("fast")
+
+
+def test_settings_cannot_be_changed_by_accident() -> None:
+    config = Config()
+    with pytest.raises(FrozenInstanceError):
+        config.forest.n_trees = 5  # type: ignore[misc]
+    with pytest.raises((AttributeError, TypeError)):
+        config.forrest = None  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("section", ["learner", "forest"])
+def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
+    """A setting that changes nothing would be a lie in the saved config.toml."""
+    other: dict[str, Any] = {
+        "rows_per": "superpixel",
+        "colour_space": "lab",
+        "n_superpixels": 333,
+        "n_pixels": 77,
+        "n_trees": 5,
+        "n_regrown": 2,
+        "share": 0.5,
+        "max_samples": 999,
+        "max_depth": 3,
+        "min_split": 50,
+        "n_split_features": 6,
+        "vote": "soft",
+    }
+
+    def state(config: Config) -> tuple[object, ...]:
+        learner = make_learner(config, None, np.random.default_rng(0))
+        return learner.n_pixels, learner._feature_definition(), learner.forest.settings()
+
+    config = Config()
+    for entry in fields(getattr(config, section)):
+        changes = {entry.name: other[entry.name]}
+        changed = replace(config, **{section: replace(getattr(config, section), **changes)})
+        assert state(changed) != state(config), entry.name
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("n_stay", 0),
+        ("n_warm_up", -1),
+        ("random_share", 2.0),
+        ("theta", 1),
+        ("smoothing", 0),
+        ("min_errors", 1),
+        ("undefined", "ignore"),
+        ("negative", "drop"),
+        ("exponent", -1.0),
+        ("strategy", "ica"),
+    ],
+)
+def test_every_setting_of_the_explorer_reaches_the_strategy(key: str, value: Any) -> None:
+    config = load_config(overrides={f"explorer.{key}": value})
+    views = (Viewpoint(0, 0), Viewpoint(1, 1))
+    with pytest.raises(ValueError, match=rf"{key}.*: expected"):
+        choose_strategy(config, views, np.random.default_rng(0))
