@@ -13,6 +13,7 @@ from curiosight.frame import Frame
 from curiosight.segmentation.clusters import euclidean_clusters
 from curiosight.segmentation.planes import find_supports, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points, observe_points
+from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import above_footprint, choose_supports, share_below
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, ups_from_normals
 from curiosight.segmentation.walls import find_walls
@@ -49,7 +50,7 @@ def test_floor_is_found_with_its_height_and_tilt(tilt_deg: float) -> None:
 
 def test_table_and_floor_are_two_supports_lowest_first() -> None:
     points = observe(see((TABLE_TOP, WALL), distance=1.6, height=1.4, tilt_deg=35)[0])
-    supports = choose_supports(points, up_at(35), scene="floor", camera_height=None, noise=0.0035)
+    supports = choose_supports(points, up_at(35), SegmentationSettings(), scene="floor")
     assert [support.is_table for support in supports] == [False, True]
     offsets = [support.plane.offset for support in supports]
     assert offsets == pytest.approx([1.4, 1.4 - 0.72], abs=0.01)
@@ -58,13 +59,15 @@ def test_table_and_floor_are_two_supports_lowest_first() -> None:
 def test_lid_of_a_box_is_no_support() -> None:
     box = Box((0.0, 0.0, 0.2), (0.4, 0.4, 0.4), (90, 90, 90))
     points = observe(see((box, WALL), height=1.3, tilt_deg=35)[0])
-    supports = choose_supports(points, up_at(35), scene="floor", camera_height=None, noise=0.0035)
+    supports = choose_supports(points, up_at(35), SegmentationSettings(), scene="floor")
     assert len(supports) == 1
 
 
 def test_hidden_floor_lies_where_the_recording_says() -> None:
     points = observe(see((TABLE_TOP,), distance=0.5, height=1.2, tilt_deg=60)[0])
-    supports = choose_supports(points, up_at(60), scene="floor", camera_height=1.2, noise=0.0035)
+    supports = choose_supports(
+        points, up_at(60), SegmentationSettings(), scene="floor", camera_height=1.2
+    )
     assert [support.is_table for support in supports] == [False, True]
     assert supports[0].plane.offset == pytest.approx(1.2, abs=0.02)
 
@@ -73,9 +76,9 @@ def test_sliver_of_a_table_counts_only_at_a_known_height() -> None:
     sliver = Box((0.6, 0.3, 0.70), (0.45, 0.40, 0.04), (150, 110, 60), is_salient=False)
     points = observe(see((sliver, WALL), height=1.4, tilt_deg=35)[0])
     up = up_at(35)
-    unknown = choose_supports(points, up, scene="floor", camera_height=1.4, noise=0.0035)
+    unknown = choose_supports(points, up, SegmentationSettings(), scene="floor", camera_height=1.4)
     known = choose_supports(
-        points, up, scene="floor", camera_height=1.4, table_heights=(0.72,), noise=0.0035
+        points, up, SegmentationSettings(), scene="floor", camera_height=1.4, table_heights=(0.72,)
     )
     assert [support.is_table for support in unknown] == [False]
     assert [support.is_table for support in known] == [False, True]
@@ -85,7 +88,7 @@ def test_footprint_covers_what_stands_on_the_table_and_nothing_beside_it() -> No
     aside = Box((1.0, 0.2, 0.15), (0.25, 0.25, 0.30), (40, 80, 200))
     frame, view = see((TABLE_TOP, ON_TABLE, aside), distance=1.6, height=1.4, tilt_deg=35)
     points = observe(frame)
-    supports = choose_supports(points, up_at(35), scene="floor", camera_height=None, noise=0.0035)
+    supports = choose_supports(points, up_at(35), SegmentationSettings(), scene="floor")
     inside = above_footprint(points, supports[1].plane)
     surface = view.surface[::2, ::2]
     assert inside[surface == 2].mean() > 0.99
@@ -96,9 +99,7 @@ def test_share_below_tells_floor_from_table() -> None:
     points = observe(see((TABLE_TOP, WALL), distance=1.6, height=1.4, tilt_deg=35)[0])
     floor, table = (
         support.plane
-        for support in choose_supports(
-            points, up_at(35), scene="floor", camera_height=None, noise=0.0035
-        )
+        for support in choose_supports(points, up_at(35), SegmentationSettings(), scene="floor")
     )
     assert share_below(points, floor) == 0
     assert share_below(points, table) > 0.2

@@ -9,10 +9,10 @@ import pytest
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.segmentation import (
-    FLOOR,
     Cluster,
     Segmentation,
     SegmentationSettings,
+    SupportSettings,
     Survey,
     Teacher,
     Verdict,
@@ -51,7 +51,7 @@ def test_boxes_are_salient_floor_and_wall_are_not() -> None:
     assert len(found.walls) == 1
     # The lowest centimetres of a box are within the noise of the floor.
     assert share(found.labels, np.isin(view.surface, (1, 2, 3)), Label.SALIENT) > 0.92
-    is_background = np.isin(view.surface, (0, 4)) & (view.depth < FLOOR.max_range)
+    is_background = np.isin(view.surface, (0, 4)) & (view.depth < SegmentationSettings().max_range)
     assert share(found.labels, is_background, Label.NOT_SALIENT) > 0.98
     assert share(found.labels, is_background, Label.SALIENT) == 0
 
@@ -71,7 +71,7 @@ def test_codes_follow_depth() -> None:
     assert frame.depth is not None
     frame.depth[100:120, 300:340] = np.nan
     found = Teacher().segment(frame)
-    is_out = np.isnan(frame.depth) | (frame.depth > FLOOR.max_range)
+    is_out = np.isnan(frame.depth) | (frame.depth > SegmentationSettings().max_range)
     assert share(found.labels, is_out, Label.UNAVAILABLE) == 1
     assert set(np.unique(found.labels)) <= {int(label) for label in Label}
     assert found.labels.shape == frame.depth.shape
@@ -289,12 +289,23 @@ def test_mirrored_scene_has_mirrored_labels() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "name"),
-    [({"slab": 0.0}, "slab"), ({"max_range": -1.0}, "max_range"), ({"min_size": 2.0}, "min_size")],
+    ("kind", "changes"),
+    [
+        (SupportSettings, {"slab": 0.0}),
+        (SupportSettings, {"min_size": 2.0}),
+        (SegmentationSettings, {"max_range": -1.0}),
+    ],
 )
-def test_settings_are_checked(changes: dict[str, float], name: str) -> None:
-    with pytest.raises(ValueError, match=name):
-        SegmentationSettings(**changes)  # type: ignore[arg-type]
+def test_settings_are_checked(kind: type, changes: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=next(iter(changes))):
+        kind(**changes)
+
+
+def test_settings_reach_the_teacher() -> None:
+    frame, _ = see((ON_FLOOR,), height=1.2, tilt_deg=30)
+    strict = SegmentationSettings(floor=SupportSettings(min_size=1.0))
+    assert len(Teacher().segment(frame).objects) == 1
+    assert [c.verdict for c in Teacher(settings=strict).segment(frame).clusters] == [Verdict.SMALL]
 
 
 def test_objects_are_the_clusters_that_passed() -> None:

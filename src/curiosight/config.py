@@ -15,6 +15,7 @@ from curiosight.exploration.progress import Negative, Undefined
 from curiosight.exploration.regions import OrientationSplit, PositionSplit
 from curiosight.exploration.strategies import Over
 from curiosight.features import ColourSpace, RowsPer
+from curiosight.segmentation import SegmentationSettings
 
 Preset = Literal["default", "paper"]
 PRESETS: tuple[Preset, ...] = get_args(Preset)
@@ -22,7 +23,7 @@ PRESETS: tuple[Preset, ...] = get_args(Preset)
 
 @dataclass(frozen=True, slots=True)
 class TeacherConfig:
-    """How depth becomes labels (sec. II-A.2). scene: auto, floor or table."""
+    """What the teacher takes a recording for, after a look at some of its frames."""
 
     scene: Literal["auto", "floor", "table"] = "auto"
     n_survey_frames: int = 24
@@ -112,6 +113,7 @@ class Config:
 
     preset: Preset = "paper"
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
+    segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)
     learner: LearnerConfig = field(default_factory=LearnerConfig)
     forest: ForestConfig = field(default_factory=ForestConfig)
     explorer: ExplorerConfig = field(default_factory=ExplorerConfig)
@@ -165,11 +167,7 @@ def to_toml(config: Config) -> str:
     lines = [f"preset = {_toml_value(config.preset)}"]
     for section in fields(config):
         if section.name != "preset":
-            lines += ["", f"[{section.name}]"]
-            values = getattr(config, section.name)
-            lines += [
-                f"{key.name} = {_toml_value(getattr(values, key.name))}" for key in fields(values)
-            ]
+            lines += _toml_section(section.name, getattr(config, section.name))
     return "\n".join(lines) + "\n"
 
 
@@ -221,6 +219,18 @@ def _checked(value: Any, kind: Any, path: Path, name: str) -> Any:
     if not isinstance(value, kind) or isinstance(value, bool):
         raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
     return value
+
+
+def _toml_section(name: str, section: Any) -> list[str]:
+    """Write a section, then those inside it."""
+    lines, inner = ["", f"[{name}]"], []
+    for entry in fields(section):
+        value = getattr(section, entry.name)
+        if is_dataclass(value):
+            inner += _toml_section(f"{name}.{entry.name}", value)
+        else:
+            lines.append(f"{entry.name} = {_toml_value(value)}")
+    return lines + inner
 
 
 def _toml_value(value: str | int | float) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Annotated
 
 import typer
 from typer.exceptions import Abort, Exit, TyperException
 
+from curiosight import __version__
 from curiosight.cli import evaluate, explore, info, learn, map, segment
 from curiosight.cli.interrupt import INTERRUPTED
 from curiosight.errors import DataError
@@ -20,6 +22,17 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Say the version and exit.")] = False,
+) -> None:
+    if version:
+        print(f"curiosight {__version__}")
+        raise Exit(0)
+
+
 app.command("info")(info.info)
 app.command("explore")(explore.explore)
 app.command("learn")(learn.learn)

@@ -67,7 +67,7 @@ def evaluate(
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
     _draw(evaluation.scores, folder)
-    talk.warn_of(evaluation.problems, "could not be used")
+    talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
     if metrics["pooled"]["all"]["roc_auc"] is None:
         talk.warn("no frame shows anything salient, or all of them nothing else: no figures")
     rows = _rows(metrics)

@@ -119,7 +119,7 @@ def explore(
             examples = _follow(talk, run, ctrl_c)
             summary = run.finish()
             _draw(run, folder, examples)
-    talk.warn_of(run.problems, "taught nothing")
+    talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     if not run.learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
     talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
@@ -140,7 +140,7 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
     )
     n_left_out = len(run.truth.indices) - run.held_out.n_frames
     if n_left_out:
-        talk.note(f"{count(n_left_out, 'test frame')} left out: bad, or nothing salient in it")
+        talk.note(f"  without {count(n_left_out, 'frame')}, bad or with nothing salient in view")
 
 
 def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:

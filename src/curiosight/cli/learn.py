@@ -55,7 +55,7 @@ def learn(
             learner.save(folder.file(MODEL), {"source": dataset.name})
             summary = off_line.summary()
             folder.write_json("summary.json", summary)
-    talk.warn_of(off_line.problems, "taught nothing")
+    talk.warn_of(off_line.problems, summary["frames"], "taught nothing")
     if not learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
     talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})

@@ -57,7 +57,7 @@ def map_(
                     picture = overlay_saliency(frame.rgb, saliency)
                     folder.write_image(f"overlays/{frame.id}.jpg", picture)
             shown.advance()
-    talk.warn_of(problems, "could not be mapped")
+    talk.warn_of(problems, len(dataset), "could not be mapped")
     if not learner.forest.is_trained:
         talk.warn("the model has not seen both objects and surroundings yet: every map is black")
     summary = {

@@ -48,7 +48,7 @@ def segment(
                 folder.write_image(f"overlays/{frame.id}.jpg", overlay)
                 shown.advance()
             summary = segmenting.finish()
-    talk.warn_of(segmenting.problems, "told nothing")
+    talk.warn_of(segmenting.problems, summary["frames"], "told nothing")
     rows = {name: summary[name] for name in ("frames", "objects", "scene")}
     rows["written to"] = folder.path
     talk.results("segment", rows, {**summary, "out": str(folder.path)})

@@ -37,9 +37,9 @@ class Talk:
         """Say something that the user may want to mend."""
         self._warnings.print(f"warning: {text}", markup=False, soft_wrap=True)
 
-    def warn_of(self, problems: Problems, what: str) -> None:
-        """Count the frames that were bad, a line for each problem; what: happened to them."""
-        for sentence in problems.sentences(what):
+    def warn_of(self, problems: Problems, n_frames: int, what: str) -> None:
+        """Count the bad ones of so many frames, a line for each problem; what: came of them."""
+        for sentence in problems.sentences(n_frames, what):
             self.warn(sentence)
 
     def introduce(self, path: Path, dataset: Dataset) -> None:

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from curiosight.frame import Depth, Label
 from curiosight.metrics import Ranking, Scores, f1_error
-from curiosight.segmentation import FLOOR
 
 Mask = npt.NDArray[np.bool_]
 
@@ -31,9 +30,13 @@ class FrameScore:
 
 
 class MapScores:
-    """Collect saliency maps with their truth, frame by frame."""
+    """Collect saliency maps with their truth, frame by frame.
 
-    def __init__(self) -> None:
+    max_range: metres of depth; what lies beyond is scored apart too.
+    """
+
+    def __init__(self, *, max_range: float = 4.0) -> None:
+        self._max_range = max_range
         self._pools = {part: Scores() for part in PARTS}
         self.frames: list[FrameScore] = []
 
@@ -57,7 +60,7 @@ class MapScores:
             masks["unknown"] = known & (labels == Label.UNKNOWN)
             masks["unavailable"] = known & (labels == Label.UNAVAILABLE)
         if depth is not None:
-            masks["beyond_range"] = known & (depth > FLOOR.max_range)
+            masks["beyond_range"] = known & (depth > self._max_range)
         for part, mask in masks.items():
             self._pools[part].add(saliency, is_salient, mask)
         own = Scores()

@@ -29,8 +29,9 @@ def make_teacher(config: Config, dataset: Dataset) -> Teacher:
             f"{dataset.name} has no depth to learn from",
             "give a recording with depth; for colour alone there is `curiosight map`",
         )
-    survey = survey_recording(_good_frames(config, dataset), scene=config.teacher.scene)
-    return Teacher(survey)
+    settings = config.segmentation
+    survey = survey_recording(_good_frames(config, dataset), settings, scene=config.teacher.scene)
+    return Teacher(survey, settings)
 
 
 def _good_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:

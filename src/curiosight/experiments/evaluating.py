@@ -31,7 +31,7 @@ class Evaluation:
         teacher = make_teacher(config, dataset) if dataset.has_depth else None
         self.learner = learner
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
-        self.scores = MapScores()
+        self.scores = MapScores(max_range=config.segmentation.max_range)
         self.problems = Problems()
 
     def __len__(self) -> int:
@@ -61,7 +61,7 @@ class CrossValidation:
         self.split = split
         self.teacher: Teacher = make_teacher(config, dataset)
         self.truth = find_truth(dataset, range(len(dataset)), self.teacher)
-        self.scores = MapScores()
+        self.scores = MapScores(max_range=config.segmentation.max_range)
         self.problems = Problems()
 
     def __len__(self) -> int:

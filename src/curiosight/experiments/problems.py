@@ -26,9 +26,11 @@ class Problems:
         """Return the number of frames of each problem."""
         return {problem: len(frames) for problem, frames in sorted(self._frames.items())}
 
-    def sentences(self, what: str) -> Iterator[str]:
-        """Yield a line for each problem, with its first frame; what: happened to the frames."""
+    def sentences(self, n_frames: int, what: str) -> Iterator[str]:
+        """Yield a line for each problem, with its first frame.
+
+        n_frames: of all frames, the bad ones too. what: came of the bad ones, in words.
+        """
         for problem, frames in sorted(self._frames.items()):
             first, detail = next(iter(frames.items()))
-            noun = "frame" if len(frames) == 1 else "frames"
-            yield f"{len(frames)} {noun} {what}: {problem}, the first is {first}{detail}"
+            yield f"{len(frames)} of {n_frames} frames {what}: {problem}, first {first}{detail}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,10 +28,16 @@ class Truth:
     teacher: Teacher | None
 
     def __iter__(self) -> Iterator[tuple[Frame, Labels | None]]:
-        """Yield each frame with its (H, W) labels, None where the frame is bad."""
+        """Yield each frame with its (H, W) labels, None where it or its ground truth is bad."""
         for index in self.indices:
             frame = self.dataset[index]
-            yield frame, self._labels(index, frame) if frame.problem is None else None
+            labels = None
+            if frame.problem is None:
+                try:
+                    labels = self._labels(index, frame)
+                except DataError as error:
+                    frame = replace(frame, problem=f"ground truth: {error.found}")
+            yield frame, labels
 
     def labelled_frames(self) -> Iterator[tuple[Rgb, Labels]]:
         """Yield images and labels of the usable frames."""

@@ -1,7 +1,7 @@
 """The teacher's depth segmentation: salient, not salient, unknown (sec. II-A.2)."""
 
 from curiosight.segmentation.objects import Cluster, Verdict
-from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings
+from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings, SupportSettings
 from curiosight.segmentation.survey import SCENES, Survey, survey_recording
 from curiosight.segmentation.teacher import Segmentation, Teacher
 
@@ -12,6 +12,7 @@ __all__ = [
     "Cluster",
     "Segmentation",
     "SegmentationSettings",
+    "SupportSettings",
     "Survey",
     "Teacher",
     "Verdict",

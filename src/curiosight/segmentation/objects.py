@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from curiosight.segmentation.clusters import euclidean_clusters
 from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
 from curiosight.segmentation.points import Points
+from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import Support
 
 Array = npt.NDArray[Any]
@@ -49,82 +50,91 @@ class Cluster:
     support_height: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What clusters are judged against.
+
+    supports: lowest first. border: (h, w) bool, what no object may touch.
+    """
+
+    points: Points
+    supports: list[Support]
+    walls: list[Plane]
+    border: Mask
+    settings: SegmentationSettings
+
+
 def find_clusters(
-    points: Points, free: Mask, support: Support, walls: list[Plane], border: Mask, lowest: Support
+    free: Mask, support: Support, around: Surroundings
 ) -> tuple[Array, list[Cluster]]:
-    """Group the `free` points over a support.
+    """Group the `free` points over a support and judge each group.
 
     Return the (h, w) int32 number of each point's cluster, 0 = none, and the clusters in the
     order of their numbers.
     """
-    settings = support.settings
+    points = around.points
     where = np.flatnonzero(free)
     found = euclidean_clusters(
-        points.xyz.reshape(-1, 3)[where], leaf=settings.leaf, tolerance=settings.tolerance
+        points.xyz.reshape(-1, 3)[where],
+        leaf=support.settings.leaf,
+        tolerance=support.settings.tolerance,
     )
-    min_points = settings.min_cluster_px / points.stride**2
+    min_points = around.settings.min_cluster_px / points.stride**2
     heights = support.heights(points)
     number = np.zeros(free.shape, np.int32)
     clusters = []
     for label in np.flatnonzero(np.bincount(found) >= min_points):
         members = where[found == label]
-        cluster = _describe(points, members, heights, support, lowest)
-        verdict = _judge(points, members, heights, cluster, support, walls, border)
-        clusters.append(Cluster(verdict, *cluster))
+        cluster = _measure(members, heights, support, around)
+        verdict = _judge(cluster, members, heights, support, around)
+        clusters.append(replace(cluster, verdict=verdict))
         number.ravel()[members] = len(clusters)
     return number, clusters
 
 
-_Description = tuple[tuple[int, int, int, int], int, tuple[float, float, float], float, float]
-
-
-def _describe(
-    points: Points, members: Array, heights: Array, support: Support, lowest: Support
-) -> _Description:
-    """Measure a cluster: the fields of `Cluster` after the verdict."""
+def _measure(members: Array, heights: Array, support: Support, around: Surroundings) -> Cluster:
+    """Return the cluster of some points, given by their flat index; an object so far."""
+    points = around.points
     xyz = points.xyz.reshape(-1, 3)[members]
     v, u = np.unravel_index(members, heights.shape)
     s = points.stride
-    box = (int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s)
     right, forward = horizontal_axes(support.plane.normal)
     width, length = (float(np.ptp(np.percentile(xyz @ a, (1, 99)))) for a in (right, forward))
     low, high = np.percentile(heights.ravel()[members], (1, 99))
-    size = (width, length, float(high - max(0.0, low)))
-    rise = max(0.0, lowest.plane.offset - support.plane.offset)
-    return box, len(members) * s * s, size, float(np.median(xyz[:, 2])), float(rise)
+    return Cluster(
+        verdict=Verdict.OBJECT,
+        box=(int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s),
+        n_pixels=len(members) * s * s,
+        size=(width, length, float(high - max(0.0, low))),
+        distance=float(np.median(xyz[:, 2])),
+        support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
+    )
 
 
 def _judge(
-    points: Points,
-    members: Array,
-    heights: Array,
-    description: _Description,
-    support: Support,
-    walls: list[Plane],
-    border: Mask,
+    cluster: Cluster, members: Array, heights: Array, support: Support, around: Surroundings
 ) -> Verdict:
     """Apply the paper's tests; the first that fails names the verdict."""
-    settings = support.settings
-    *_, size, distance, _ = description
+    points, limits = around.points, support.settings
     xyz = points.xyz.reshape(-1, 3)[members]
-    noise = settings.noise * distance**2
-    diagonal = float(np.linalg.norm(size))
-    if border.ravel()[members].any():
+    noise = around.settings.noise * cluster.distance**2
+    diagonal = float(np.linalg.norm(cluster.size))
+    if around.border.ravel()[members].any():
         return Verdict.CUT
-    if diagonal < settings.min_size:
+    if diagonal < limits.min_size:
         return Verdict.SMALL
-    if diagonal > settings.max_size:
+    if diagonal > limits.max_size:
         return Verdict.LARGE
-    if np.count_nonzero(xyz[:, 2] > settings.max_range - 0.05) > 5:
+    if np.count_nonzero(xyz[:, 2] > around.settings.max_range - 0.05) > 5:
         return Verdict.FAR
-    if any(np.median(np.abs(w.distance(xyz))) < settings.wall_gap for w in walls):
-        return Verdict.WALL_PART
-    if any(_turns_corner(points, members, wall) for wall in walls):
-        return Verdict.WALL_PART
+    for wall in around.walls:
+        is_close = np.median(np.abs(wall.distance(xyz))) < around.settings.wall_gap
+        if is_close or _turns_corner(points, members, wall):
+            return Verdict.WALL_PART
     over = heights.ravel()[members]
-    if np.percentile(over, 90) < 2 * (settings.slab + noise):
+    if np.percentile(over, 90) < 2 * (limits.slab + noise):
         return Verdict.FLAT
-    foot = settings.slab + 0.06 + 3 * noise
+    foot = limits.slab + 0.06 + 3 * noise
     if np.percentile(over, 2) > foot and _hidden_share(points.depth, members) < 0.4:
         return Verdict.FLOATING
     return Verdict.OBJECT

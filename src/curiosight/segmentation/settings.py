@@ -1,22 +1,57 @@
-"""The thresholds of the teacher: two sets, for rooms seen from the floor and for tables."""
+"""The thresholds of the teacher, with two sets for what stands on a floor or on a table."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+
+def _check_positive(settings: object, names: Iterable[str]) -> None:
+    for name in names:
+        value = getattr(settings, name)
+        if not value > 0:
+            raise ValueError(f"{name}: expected a positive number, got {value}")
+
+
+@dataclass(frozen=True, slots=True)
+class SupportSettings:
+    """Thresholds for what stands on a support, in metres; the defaults are the floor's.
+
+    min_size, max_size: diagonal of an object's box, upright on its support (sec. II-A.2).
+    leaf, tolerance: side of a voxel; gap up to which voxels belong together.
+    slab: thickness of the layer on the support that counts as the support itself.
+    max_height: over the support, beyond which nothing is an object.
+    """
+
+    min_size: float = 0.10
+    max_size: float = 1.50
+    leaf: float = 0.06
+    tolerance: float = 0.10
+    slab: float = 0.03
+    max_height: float = 2.0
+
+    def __post_init__(self) -> None:
+        _check_positive(self, self.__slots__)
+        if self.min_size >= self.max_size:
+            raise ValueError(
+                f"min_size: expected less than max_size {self.max_size}, got {self.min_size}"
+            )
+
+
+FLOOR = SupportSettings()
+TABLE = SupportSettings(
+    min_size=0.05, max_size=0.85, leaf=0.02, tolerance=0.03, slab=0.01, max_height=1.0
+)
 
 
 @dataclass(frozen=True, slots=True)
 class SegmentationSettings:
-    """Thresholds, in metres unless the name says otherwise; the defaults are the floor's.
+    """All thresholds, in metres unless the name says otherwise.
 
     Sizes and range are the paper's (sec. II-A.2). What it does not print follows its authors'
     later parameter files, except the sensor's noise, which they leave out.
 
     max_range: nothing farther along z teaches.
-    min_size, max_size: diagonal of an object's box, upright on its support.
-    leaf, tolerance: side of a voxel; gap up to which voxels belong together.
-    slab: thickness of the layer on a support that counts as the support itself.
-    max_height: over the support, beyond which nothing is an object.
     min_wall_diagonal: of a vertical plane's visible part, to be a wall; `min_cut_wall_diagonal`
         where the image's frame cuts it.
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
@@ -27,31 +62,14 @@ class SegmentationSettings:
     """
 
     max_range: float = 4.0
-    min_size: float = 0.10
-    max_size: float = 1.50
-    leaf: float = 0.06
-    tolerance: float = 0.10
-    slab: float = 0.03
-    max_height: float = 2.0
     min_wall_diagonal: float = 1.5
     min_cut_wall_diagonal: float = 1.0
     wall_gap: float = 0.10
     border_px: int = 10
     min_cluster_px: int = 200
     noise: float = 0.0035
+    floor: SupportSettings = field(default=FLOOR)
+    table: SupportSettings = field(default=TABLE)
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not value > 0:
-                raise ValueError(f"{field.name}: expected a positive number, got {value}")
-        if self.min_size >= self.max_size:
-            raise ValueError(
-                f"min_size: expected less than max_size {self.max_size}, got {self.min_size}"
-            )
-
-
-FLOOR = SegmentationSettings()
-TABLE = SegmentationSettings(
-    min_size=0.05, max_size=0.85, leaf=0.02, tolerance=0.03, slab=0.01, max_height=1.0
-)
+        _check_positive(self, [name for name in self.__slots__ if name not in ("floor", "table")])

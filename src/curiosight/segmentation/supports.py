@@ -11,11 +11,13 @@ import numpy.typing as npt
 
 from curiosight.segmentation.planes import Mask, Plane, find_supports, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points
-from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings
+from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
 
+# Half the thickness of a plane in the fits, beside the sensor's noise.
+PLANE_BAND = 0.008
 # An elevated support is a table, not a box's lid or a seat, from this size on.
 MIN_TABLE_AREA = 0.25
 MIN_TABLE_DIAGONAL = 0.7
@@ -28,7 +30,7 @@ class Support:
     """A plane that objects stand on, with the thresholds for what stands on it."""
 
     plane: Plane
-    settings: SegmentationSettings
+    settings: SupportSettings
     is_table: bool
 
     def heights(self, points: Points) -> Array:
@@ -39,11 +41,11 @@ class Support:
 def choose_supports(
     points: Points,
     up: Array,
+    settings: SegmentationSettings,
     *,
     scene: Scene,
-    camera_height: float | None,
+    camera_height: float | None = None,
     table_heights: tuple[float, ...] = (),
-    noise: float,
 ) -> list[Support]:
     """Return the supports in view, lowest first; empty when there is none.
 
@@ -53,8 +55,7 @@ def choose_supports(
     table_heights: metres over the floor; a plane there is a table even where little of it is
         in view.
     """
-    band = noise_band(points, 0.008, noise)
-    planes = find_supports(points, up, band=band, max_range=FLOOR.max_range)
+    planes = find_planes(points, up, settings)
     main = max(planes, key=lambda plane: _area(points, plane), default=None)
     known = [camera_height - h for h in table_heights] if camera_height is not None else []
     planes = [
@@ -63,14 +64,21 @@ def choose_supports(
         if p is main or _is_large(points, p, up) or any(abs(p.offset - k) < 0.06 for k in known)
     ]
     if camera_height is not None:
-        floor = _floor_at(points, up, planes, camera_height, band)
+        floor = _floor_at(points, up, planes, camera_height, settings.noise)
         planes = [p for p in planes if p.offset < floor.offset - SAME_HEIGHT]
-        return [Support(floor, FLOOR, False)] + [Support(p, TABLE, True) for p in _lowest(planes)]
+        tables = [Support(plane, settings.table, True) for plane in _lowest(planes)]
+        return [Support(floor, settings.floor, False), *tables]
     supports = []
     for rank, plane in enumerate(_lowest(planes)):
         is_table = scene == "table" or rank > 0
-        supports.append(Support(plane, TABLE if is_table else FLOOR, is_table))
+        supports.append(Support(plane, settings.table if is_table else settings.floor, is_table))
     return supports
+
+
+def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> list[Plane]:
+    """Return the horizontal planes within range, whatever they are."""
+    band = noise_band(points, PLANE_BAND, settings.noise)
+    return find_supports(points, up, band=band, max_range=settings.max_range)
 
 
 def share_below(points: Points, plane: Plane) -> float:
@@ -98,7 +106,7 @@ def _is_large(points: Points, plane: Plane, up: Array) -> bool:
 
 
 def _floor_at(
-    points: Points, up: Array, planes: list[Plane], camera_height: float, band: Array
+    points: Points, up: Array, planes: list[Plane], camera_height: float, noise: float
 ) -> Plane:
     """Return the floor's plane: as seen, else through the few level points near its height."""
     seen = [p for p in planes if abs(p.offset - camera_height) < SAME_HEIGHT]
@@ -106,7 +114,7 @@ def _floor_at(
         return max(seen, key=lambda plane: _area(points, plane))
     heights = points.xyz @ up.astype(np.float32)
     near = points.normals @ up.astype(np.float32) > 0.9
-    near &= np.abs(heights + camera_height) < 0.06 + band
+    near &= np.abs(heights + camera_height) < noise_band(points, 0.06, noise)
     offset = -float(np.median(heights[near])) if near.sum() >= 30 else camera_height
     return Plane(up, offset, near)
 

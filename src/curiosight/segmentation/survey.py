@@ -10,10 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
-from curiosight.segmentation.planes import Plane, find_supports, noise_band
+from curiosight.segmentation.planes import Plane
 from curiosight.segmentation.points import Points, observe_points
-from curiosight.segmentation.settings import FLOOR
-from curiosight.segmentation.supports import MIN_TABLE_AREA, SAME_HEIGHT, Scene, share_below
+from curiosight.segmentation.settings import SegmentationSettings
+from curiosight.segmentation.supports import (
+    MIN_TABLE_AREA,
+    SAME_HEIGHT,
+    Scene,
+    find_planes,
+    share_below,
+)
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
 
 Array = npt.NDArray[Any]
@@ -42,7 +48,12 @@ class Survey:
         return float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height
 
 
-def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
+def survey_recording(
+    frames: Iterable[Frame],
+    settings: SegmentationSettings | None = None,
+    *,
+    scene: str = "auto",
+) -> Survey:
     """Look at some frames of a recording and find what they share.
 
     scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
@@ -51,17 +62,18 @@ def survey_recording(frames: Iterable[Frame], *, scene: str = "auto") -> Survey:
     """
     if scene not in SCENES:
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
+    settings = settings or SegmentationSettings()
     observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _can_teach(frame)]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
     if up is not None:
-        up, heights, areas = _world_supports(posed, up)
+        up, heights, areas = _world_supports(posed, up, settings)
         floor = _lowest_peak(heights, areas)
         spread = heights.max() - floor if floor is not None else 0.0
         if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
             return Survey("floor", up, floor, _table_heights(heights - floor, areas))
     if scene == "auto":
-        scene = _scene_of(observed, up)
+        scene = _scene_of(observed, up, settings)
     return Survey("table" if scene == "table" else "floor", up)
 
 
@@ -76,12 +88,9 @@ def _observe(frame: Frame) -> Points:
     return observe_points(frame.depth, frame.camera)
 
 
-def _supports(points: Points, up: Array) -> list[Plane]:
-    band = noise_band(points, 0.008, FLOOR.noise)
-    return find_supports(points, up, band=band, max_range=FLOOR.max_range)
-
-
-def _world_supports(posed: list[tuple[Points, Pose]], up: Array) -> tuple[Array, Array, Array]:
+def _world_supports(
+    posed: list[tuple[Points, Pose]], up: Array, settings: SegmentationSettings
+) -> tuple[Array, Array, Array]:
     """Refine the world's up by the supports' own normals, twice.
 
     Return it with the height and the visible area of every support of every frame.
@@ -92,7 +101,7 @@ def _world_supports(posed: list[tuple[Points, Pose]], up: Array) -> tuple[Array,
         heights, areas, normals = [], [], []
         for points, T_world_camera in posed:
             rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-            for plane in _supports(points, rotation.T @ up):
+            for plane in find_planes(points, rotation.T @ up, settings):
                 heights.append(float(up @ centre) - plane.offset)
                 areas.append(float(points.area[plane.inliers].sum()))
                 normals.append(rotation @ plane.normal)
@@ -130,7 +139,11 @@ def _table_heights(heights: Array, areas: Array, *, min_frames: int = 3) -> tupl
     return tuple(tables)
 
 
-def _scene_of(observed: list[tuple[Points, Pose | None]], up_world: Array | None) -> Scene:
+def _scene_of(
+    observed: list[tuple[Points, Pose | None]],
+    up_world: Array | None,
+    settings: SegmentationSettings,
+) -> Scene:
     """Return what the lowest support is in most frames."""
     votes = []
     for points, pose in observed:
@@ -140,7 +153,7 @@ def _scene_of(observed: list[tuple[Points, Pose | None]], up_world: Array | None
         else:
             keep = points.area > 0
             up = up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
-        planes = _supports(points, up) if up is not None else []
+        planes = find_planes(points, up, settings) if up is not None else []
         if planes:
             votes.append(_looks_like_table(points, max(planes, key=lambda plane: plane.offset)))
     return "table" if votes and np.mean(votes) > 0.5 else "floor"

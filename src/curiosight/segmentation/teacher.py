@@ -9,11 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Frame, Label
-from curiosight.segmentation.objects import Cluster, Verdict, find_clusters
+from curiosight.segmentation.objects import Cluster, Surroundings, Verdict, find_clusters
 from curiosight.segmentation.planes import Mask, Plane, noise_band
 from curiosight.segmentation.points import Points, cell_of_pixel, observe_points
-from curiosight.segmentation.settings import FLOOR
-from curiosight.segmentation.supports import Support, above_footprint, choose_supports, share_below
+from curiosight.segmentation.settings import SegmentationSettings
+from curiosight.segmentation.supports import (
+    PLANE_BAND,
+    Support,
+    above_footprint,
+    choose_supports,
+    share_below,
+)
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.up import ups_from_normals
 from curiosight.segmentation.walls import find_walls
@@ -59,8 +65,11 @@ class Teacher:
     survey: what was found about the recording as a whole, see `survey_recording`.
     """
 
-    def __init__(self, survey: Survey | None = None) -> None:
+    def __init__(
+        self, survey: Survey | None = None, settings: SegmentationSettings | None = None
+    ) -> None:
         self.survey = survey or Survey()
+        self.settings = settings or SegmentationSettings()
 
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame; without depth or a support all is unknown.
@@ -80,7 +89,7 @@ class Teacher:
         supports = self._supports(points, frame)
         if not any(support.plane.inliers.any() for support in supports):
             return _nothing(frame.depth, "no support plane is in view")
-        return _label(frame.depth, frame.camera, points, supports)
+        return _label(frame.depth, frame.camera, points, supports, self.settings)
 
     def _supports(self, points: Points, frame: Frame) -> list[Support]:
         """Return the supports in view, lowest first; empty when there is none.
@@ -93,17 +102,15 @@ class Teacher:
             return choose_supports(
                 points,
                 pose[:3, :3].T @ self.survey.up_world,
+                self.settings,
                 scene=scene,
                 camera_height=self.survey.camera_height(pose),
                 table_heights=self.survey.table_heights,
-                noise=FLOOR.noise,
             )
         keep = points.area > 0
         first: list[Support] = []
         for up in ups_from_normals(points.normals[keep], points.area[keep]):
-            supports = choose_supports(
-                points, up, scene=scene, camera_height=None, noise=FLOOR.noise
-            )
+            supports = choose_supports(points, up, self.settings, scene=scene)
             if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
                 return supports
             first = first or supports
@@ -116,73 +123,77 @@ def _nothing(depth: Array, problem: str) -> Segmentation:
     return Segmentation(labels, np.zeros(depth.shape, np.uint16), problem=problem)
 
 
-def _label(depth: Array, camera: Camera, points: Points, supports: list[Support]) -> Segmentation:
-    in_range = points.depth <= FLOOR.max_range
+def _label(
+    depth: Array,
+    camera: Camera,
+    points: Points,
+    supports: list[Support],
+    settings: SegmentationSettings,
+) -> Segmentation:
+    in_range = points.depth <= settings.max_range
     # The largest support in view is the best measured vertical.
     up = max(supports, key=lambda s: np.count_nonzero(s.plane.inliers)).plane.normal
-    is_support = in_range & _on_supports(points, supports)
-    border = border_mask(camera, points.stride, FLOOR.border_px)
+    is_support = in_range & _on_supports(points, supports, settings.noise)
+    border = border_mask(camera, points.stride, settings.border_px)
     walls = find_walls(
         points,
         up,
         free=in_range & ~is_support,
-        band=noise_band(points, 0.008, FLOOR.noise),
+        band=noise_band(points, PLANE_BAND, settings.noise),
         border=border,
-        min_diagonal=FLOOR.min_wall_diagonal,
-        min_cut_diagonal=FLOOR.min_cut_wall_diagonal,
+        min_diagonal=settings.min_wall_diagonal,
+        min_cut_diagonal=settings.min_cut_wall_diagonal,
     )
-    is_wall = in_range & _on_walls(points, walls)
+    is_wall = in_range & _on_walls(points, walls, settings.noise)
     labels = np.full(points.depth.shape, Label.UNKNOWN, np.uint8)
     labels[is_support | is_wall] = Label.NOT_SALIENT
-    free = in_range & ~is_support & ~is_wall
-    number, clusters = _cluster_all(points, free, supports, walls, border)
+    around = Surroundings(points, supports, walls, border, settings)
+    number, clusters = _cluster_all(in_range & ~is_support & ~is_wall, around)
     is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
     labels[is_object[number]] = Label.SALIENT
     labels[~in_range] = Label.UNAVAILABLE
     cells = cell_of_pixel(np.ascontiguousarray(points.depth), depth, points.stride)
     full_labels, full_number = labels.take(cells), number.astype(np.uint16).take(cells)
-    is_out = ~(depth <= FLOOR.max_range)
+    is_out = ~(depth <= settings.max_range)
     full_labels[is_out] = Label.UNAVAILABLE
     full_number[is_out] = 0
     return Segmentation(full_labels, full_number, tuple(clusters), tuple(supports), tuple(walls))
 
 
-def _on_supports(points: Points, supports: list[Support]) -> Mask:
+def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
     """(h, w) bool: within the slab of a support, and not facing elsewhere."""
     found = np.zeros(points.depth.shape, np.bool_)
     for support in supports:
         normal = support.plane.normal.astype(np.float32)
-        slab = noise_band(points, support.settings.slab, support.settings.noise)
+        slab = noise_band(points, support.settings.slab, noise)
         # An unknown normal compares false: near an edge the height alone decides.
         faces_elsewhere = np.abs(points.normals @ normal) < 0.7
         found |= (np.abs(support.heights(points)) < slab) & ~faces_elsewhere
     return found
 
 
-def _on_walls(points: Points, walls: list[Plane]) -> Mask:
+def _on_walls(points: Points, walls: list[Plane], noise: float) -> Mask:
     found = np.zeros(points.depth.shape, np.bool_)
     for wall in walls:
-        band = noise_band(points, 0.04, 2 * FLOOR.noise)
+        band = noise_band(points, 0.04, 2 * noise)
         faces_elsewhere = np.abs(points.normals @ wall.normal.astype(np.float32)) < 0.7
         found |= (np.abs(wall.distance(points.xyz)) < band) & ~faces_elsewhere
     return found
 
 
-def _cluster_all(
-    points: Points, free: Mask, supports: list[Support], walls: list[Plane], border: Mask
-) -> tuple[Array, list[Cluster]]:
+def _cluster_all(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
     """Cluster what is on each table, the highest first, then the rest over the lowest support.
 
     What is under a table stays out: its legs and apron are no objects, and would tie chairs
     together.
     """
-    lowest = supports[0]
+    points, lowest = around.points, around.supports[0]
     number = np.zeros(free.shape, np.int32)
     clusters: list[Cluster] = []
     free = free.copy()
-    for support in reversed(supports):
+    for support in reversed(around.supports):
         heights = support.heights(points)
-        slab = noise_band(points, support.settings.slab, support.settings.noise)
+        slab = noise_band(points, support.settings.slab, around.settings.noise)
         # What is free inside the slab faces elsewhere: the foot of something, or a crease.
         over = free & (heights > slab / 2) & (heights < support.settings.max_height)
         if support.is_table:
@@ -193,7 +204,7 @@ def _cluster_all(
                 on_table = over & (inside | free)
             over = on_table
         free &= ~over
-        numbers, found = find_clusters(points, over, support, walls, border, lowest)
+        numbers, found = find_clusters(over, support, around)
         number += np.where(numbers > 0, numbers + len(clusters), 0)
         clusters += found
     return number, clusters

@@ -1,0 +1,47 @@
+"""Run commands inside the test, and see what a user would see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from curiosight.cli.app import run
+
+
+@dataclass(frozen=True)
+class Outcome:
+    status: int
+    out: str
+    err: str
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str | Path | int) -> Outcome:
+    """Run `curiosight` with these arguments."""
+    capsys.readouterr()
+    status = run([str(argument) for argument in arguments])
+    return Outcome(status, *capsys.readouterr())
+
+
+def succeed(capsys: pytest.CaptureFixture[str], *arguments: str | Path | int) -> Outcome:
+    """Run a command that must succeed."""
+    outcome = call(capsys, *arguments)
+    assert outcome.status == 0, outcome.err
+    return outcome
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path | int) -> str:
+    """Run a command that must refuse with one plain line; return the line."""
+    outcome = call(capsys, *arguments)
+    lines = outcome.err.splitlines()
+    assert outcome.status == 2, outcome
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("curiosight: ")
+    assert outcome.out == ""
+    return lines[0]
+
+
+def files(folder: Path) -> set[str]:
+    """Return the files of a folder, as relative paths."""
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
