@@ -40,7 +40,7 @@ def run(task: tuple[Path, str, str, int, int]) -> dict[str, list[float]]:
     config = cs.load_config(preset, overrides=overrides)
     with tempfile.TemporaryDirectory() as folder:
         exploration = Exploration(
-            config, cs.open_dataset(recording), OutputFolder(Path(folder), "explore")
+            config, cs.open_dataset(recording), OutputFolder(Path(folder), "explore", recording)
         )
         rows = [row for _, row in exploration]
         exploration.finish()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets import Dataset
 from curiosight.frame import Frame, Rgb
 from curiosight.worlds import ReplayWorld
 from room import ROOM, Box, kinect, look, render
@@ -56,8 +55,6 @@ class RoomRecording:
         return [(self.frames[index].rgb, truth) for index, truth in self.truths.items()]
 
 
-def room_world(recording: RoomRecording, regions: Sequence[int] | None = None) -> ReplayWorld:
-    """Return a world of four regions, neighbouring views together, if not told otherwise."""
-    n_frames = len(recording)
-    of_view = np.arange(n_frames) * 4 // n_frames if regions is None else np.array(regions)
-    return ReplayWorld(recording, of_view)
+def room_world(recording: Dataset) -> ReplayWorld:
+    """Return a world of four regions, neighbouring views together."""
+    return ReplayWorld(recording, np.arange(len(recording)) * 4 // len(recording))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import get_args
 
 import cv2
@@ -13,28 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from curiosight.archive import read_archive, write_archive
-from curiosight.errors import DataError
 from curiosight.features import N_FEATURES, RowsPer
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Label
-from curiosight.learner import KIND, Description, SaliencyLearner, fit_labels
+from curiosight.learner import Description, SaliencyLearner, fit_labels
 from curiosight.metrics import f1_error
 from curiosight.segmentation import Segmentation, Teacher
+from pictures import RED, RedThings, make_learner, picture, taught
 
-BACKGROUND, RED = (120, 118, 110), (200, 40, 30)
 ROWS_PER = pytest.mark.parametrize("rows_per", get_args(RowsPer))
-
-
-class RedThings:
-    """A detector of one's own: red is salient, and the image's upper quarter unknown."""
-
-    def segment(self, frame: Frame) -> Segmentation:
-        red, green = frame.rgb[..., 0].astype(int), frame.rgb[..., 1].astype(int)
-        labels = np.where(red - green > 80, Label.SALIENT, Label.NOT_SALIENT).astype(np.uint8)
-        known_from = len(labels) if frame.problem else len(labels) // 4
-        labels[:known_from] = Label.UNKNOWN
-        return Segmentation(labels, np.zeros(labels.shape, np.uint16), problem=frame.problem)
 
 
 class Says:
@@ -45,29 +31,6 @@ class Says:
 
     def segment(self, frame: Frame) -> Segmentation:
         return Segmentation(self.labels, np.zeros(self.labels.shape, np.uint16))
-
-
-def picture(seed: int = 0, *, n_things: int = 2, size: tuple[int, int] = (320, 240)) -> Frame:
-    """Paint red rectangles on a grey, slightly noisy ground; size: width, height."""
-    rng = np.random.default_rng(seed)
-    width, height = size
-    rgb = np.full((height, width, 3), BACKGROUND, np.uint8)
-    for _ in range(n_things):
-        u, v = rng.integers(0, [2 * width // 3, 2 * height // 3])
-        rgb[v : v + height // 4, u : u + width // 4] = RED
-    rgb += rng.integers(0, 12, rgb.shape).astype(np.uint8)
-    return Frame(str(seed), rgb)
-
-
-def make_learner(seed: int = 0, **options) -> SaliencyLearner:
-    return SaliencyLearner(RedThings(), **{"rows_per": "superpixel", "seed": seed} | options)
-
-
-def taught(n_frames: int = 3, **options) -> SaliencyLearner:
-    learner = make_learner(**options)
-    for seed in range(n_frames):
-        learner.observe(picture(seed))
-    return learner
 
 
 @ROWS_PER
@@ -176,6 +139,17 @@ def test_only_labelled_pixels_are_drawn_each_once(labels, row_of_pixel, seed) ->
         assert (n_drawn <= available).all()
 
 
+@pytest.mark.parametrize("size", [(640, 480), (320, 240), (160, 120), (333, 500)])
+def test_fitted_labels_are_never_blended(size: tuple[int, int]) -> None:
+    """Between 255 and 0 lie the codes of what is unknown."""
+    width, height = size
+    labels = np.random.default_rng(0).choice([*Label], (height, width)).astype(np.uint8)
+    fitted = fit_labels(labels, make_learner().describe(picture(size=size).rgb))
+    v = np.arange(fitted.shape[0]) * height // fitted.shape[0]
+    u = np.arange(fitted.shape[1]) * width // fitted.shape[1]
+    assert np.array_equal(fitted, labels[np.ix_(v, u)])
+
+
 def enlarged(small: npt.NDArray[np.float32], width: int, height: int) -> npt.NDArray[np.float64]:
     """Interpolate linearly between the middles of pixels, one line of code an axis."""
     v = (np.arange(height) + 0.5) * small.shape[0] / height - 0.5
@@ -236,88 +210,6 @@ def test_a_mirror_image_has_nearly_the_mirrored_map() -> None:
     rgb = picture(8).rgb
     mirrored = learner.saliency(np.ascontiguousarray(rgb[:, ::-1]))[:, ::-1]
     assert np.abs(mirrored - learner.saliency(rgb)).mean() < 0.05
-
-
-@ROWS_PER
-def test_the_same_seed_gives_the_same_bytes(rows_per: RowsPer, tmp_path: Path) -> None:
-    contents = []
-    for turn, seed in enumerate((5, 5, 6)):
-        path = tmp_path / f"{turn}.npz"
-        taught(seed=seed, rows_per=rows_per).save(path)
-        contents.append(path.read_bytes())
-    assert contents[0] == contents[1] != contents[2]
-
-
-def test_a_saved_model_comes_back_whole_and_goes_on_learning(tmp_path: Path) -> None:
-    learner = taught(colour_space="lab", n_pixels=90, n_superpixels=300)
-    learner.save(tmp_path / "model.npz", {"source": "pictures"})
-    loaded = SaliencyLearner.load(tmp_path / "model.npz", RedThings(), seed=1, n_threads=2)
-    assert np.array_equal(loaded.saliency(picture(8).rgb), learner.saliency(picture(8).rgb))
-    assert np.array_equal(loaded.forest.rows, learner.forest.rows)
-    assert (loaded.rows_per, loaded.colour_space) == ("superpixel", "lab")
-    assert len(loaded.observe(picture(3)).regrown) == 4
-    assert loaded.forest.n_samples == 4 * 90
-
-
-def test_an_untrained_model_can_be_saved_too(tmp_path: Path) -> None:
-    make_learner().save(tmp_path / "model.npz")
-    loaded = SaliencyLearner.load(tmp_path / "model.npz")
-    assert not loaded.saliency(picture().rgb).any()
-    with pytest.raises(ValueError, match="teacher: expected one to learn from"):
-        loaded.observe(picture())
-
-
-def spoil(path: Path, how: str) -> None:
-    """Turn a good model file into another that must be refused."""
-    content = path.read_bytes()
-    header, arrays = read_archive(path, KIND)
-    if how == "missing":
-        path.unlink()
-    elif how == "text":
-        path.write_text("no model at all")
-    elif how == "truncated":
-        path.write_bytes(content[: len(content) // 2])
-    elif how == "other kind":
-        write_archive(path, "picture book", header, arrays)
-    elif how == "other features":
-        header["features"]["name"] = "learned by heart"
-        write_archive(path, KIND, header, arrays)
-    elif how == "other number of features":
-        header["forest"]["n_features"] = header["forest"]["n_split_features"] = 3
-        write_archive(path, KIND, header, Forest(n_features=3).state_arrays())
-    elif how == "unknown rows":
-        header["features"]["rows_per"] = "line"
-        write_archive(path, KIND, header, arrays)
-    elif how == "no forest":
-        del header["forest"]
-        write_archive(path, KIND, header, arrays)
-    elif how == "no trees":
-        del arrays["tree_sizes"]
-        write_archive(path, KIND, header, arrays)
-
-
-@pytest.mark.parametrize(
-    ("how", "found"),
-    [
-        ("missing", "cannot be read"),
-        ("text", "not a curiosight file"),
-        ("truncated", "not a curiosight file, or a damaged one"),
-        ("other kind", "kind 'picture book'"),
-        ("other features", "was made with other features"),
-        ("other number of features", "forest: expected 39 features, got 3"),
-        ("unknown rows", "rows_per: expected 'pixel' or 'superpixel', got 'line'"),
-        ("no forest", "holds no usable model"),
-        ("no trees", "tree_sizes: expected"),
-    ],
-)
-def test_what_is_no_model_of_ours_is_refused(tmp_path: Path, how: str, found: str) -> None:
-    path = tmp_path / "model.npz"
-    taught(1).save(path)
-    spoil(path, how)
-    with pytest.raises(DataError, match=found) as caught:
-        SaliencyLearner.load(path)
-    assert caught.value.path == path
-    assert caught.value.remedy
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,7 @@ class LearnerConfig:
     colour_space: ColourSpace = "rgb"
     n_superpixels: int = 600
     n_pixels: int = 700
+    threshold: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)

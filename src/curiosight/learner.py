@@ -95,6 +95,7 @@ class SaliencyLearner:
     colour_space: of the features. The paper's is RGB; in Lab a split on one channel separates
         hues in any light, and the same forest learns more.
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
+    threshold: a pixel that scores above it is predicted salient, for the error.
     """
 
     def __init__(
@@ -106,6 +107,7 @@ class SaliencyLearner:
         colour_space: ColourSpace = "rgb",
         n_pixels: int = 700,
         n_superpixels: int = 600,
+        threshold: float = 0.5,
         seed: int | np.random.Generator = 0,
     ) -> None:
         if rows_per not in ("pixel", "superpixel"):
@@ -116,6 +118,8 @@ class SaliencyLearner:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
         if n_superpixels < 1:
             raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
+        if not 0 <= threshold < 1:
+            raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
         if forest is not None and forest.n_features != N_FEATURES:
             raise ValueError(f"forest: expected {N_FEATURES} features, got {forest.n_features}")
         self.teacher = teacher
@@ -125,6 +129,7 @@ class SaliencyLearner:
         self.colour_space = colour_space
         self.n_pixels = n_pixels
         self.n_superpixels = n_superpixels
+        self.threshold = threshold
         self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
 
     def observe(self, frame: Frame, group: int = 0) -> Observation:
@@ -136,7 +141,7 @@ class SaliencyLearner:
         segmentation = self.segment(frame)
         labels = fit_labels(segmentation.labels, description)
         scores = self.predict(description)
-        error = f1_error_of_rows(*description.count(labels), scores)
+        error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
         regrown = self.learn(description, labels, group)
         return Observation(frame, segmentation, description, scores, error, regrown)
 
@@ -197,6 +202,7 @@ class SaliencyLearner:
         header = {
             "features": self._feature_definition(),
             "n_pixels": self.n_pixels,
+            "threshold": self.threshold,
             "forest": self.forest.settings(),
             "notes": notes or {},
         }
@@ -212,6 +218,8 @@ class SaliencyLearner:
         n_threads: int = 1,
     ) -> Self:
         """Read a model that `save` wrote; raises `DataError` for anything else."""
+        if n_threads < 1:
+            raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
         path = Path(path)
         header, arrays = read_archive(path, KIND)
         rng = np.random.default_rng(seed)
@@ -225,6 +233,7 @@ class SaliencyLearner:
                 rows_per=features["rows_per"],
                 colour_space=features["colour_space"],
                 n_pixels=header["n_pixels"],
+                threshold=header["threshold"],
                 n_superpixels=features["n_superpixels"],
                 seed=rng,
             )

@@ -30,12 +30,13 @@ def evaluate(
     ],
     folds: Annotated[
         int | None,
-        typer.Option(help="Train on all but one K-th and test on it, K times.", metavar="K"),
+        typer.Option(help="Learn all but one K-th, test on that, K times over.", metavar="K"),
     ] = None,
     split: Annotated[
         str,
         typer.Option(
-            help="Fold by single frames (separate scenes) or by blocks (a moving camera)."
+            help="With --folds: frames = at random (separate scenes), blocks = stretches "
+            "(a moving camera)."
         ),
     ] = "frames",
     ground_truth: options.GroundTruth = None,

@@ -38,12 +38,15 @@ def explore(
     ] = None,
     steps: Annotated[
         int | None,
-        typer.Option(help="Frames to look at.", rich_help_panel=EXPLORING, show_default="200"),
+        typer.Option(
+            help="How many frames to look at.", rich_help_panel=EXPLORING, show_default="200"
+        ),
     ] = None,
     regions: Annotated[
         str | None,
         typer.Option(
-            help="pose, pose:3x2x4 (a grid), time:5 (slices), or a file of `id,region` lines.",
+            help="Where to look for progress: pose = 2x2 places by 4 headings, pose:3x2x4 = "
+            "another grid, time:5 = slices, or a file of `id,region` lines.",
             rich_help_panel=EXPLORING,
             show_default="pose where there are poses, else time:5",
         ),
@@ -51,7 +54,10 @@ def explore(
     from_: Annotated[
         Path | None,
         typer.Option(
-            "--from", metavar="RUN", help="Go on with a run's model.", rich_help_panel=EXPLORING
+            "--from",
+            metavar="RUN",
+            help="Go on with the model of an earlier run.",
+            rich_help_panel=EXPLORING,
         ),
     ] = None,
     test_every: Annotated[
@@ -65,7 +71,7 @@ def explore(
     gap: Annotated[
         int | None,
         typer.Option(
-            help="Frames left out on each side of a test frame.",
+            help="With --test-every: frames beside a test frame, on each side, to leave out.",
             rich_help_panel=TESTING,
             show_default="3",
         ),

@@ -29,7 +29,7 @@ def map_(
         ),
     ],
     overlay: Annotated[
-        bool, typer.Option("--overlay", help="Also write overlays/<id>.jpg.")
+        bool, typer.Option("--overlay", metavar="", help="Also write overlays/<id>.jpg.")
     ] = False,
     preset: options.Preset = None,
     config: options.ConfigFile = None,

@@ -21,7 +21,7 @@ Run = Annotated[Path, typer.Argument(metavar="RUN", help="The folder that explor
 Preset = Annotated[
     str | None,
     typer.Option(
-        help="paper = the paper's method to the letter; default = faster and better.",
+        help="paper = the paper's method to the letter; default = ours, faster and better.",
         rich_help_panel=SETTINGS,
         show_default="default",
     ),
@@ -31,18 +31,22 @@ ConfigFile = Annotated[
     typer.Option(
         "--config",
         metavar="FILE.toml",
-        help="Settings; flags win over it. Every run writes one (config.toml) to start from.",
+        help="File of settings; flags win over it. Start from the config.toml of a run.",
         rich_help_panel=SETTINGS,
     ),
 ]
 Seed = Annotated[
     int | None,
-    typer.Option(help="Seed of all chance.", rich_help_panel=SETTINGS, show_default="0"),
+    typer.Option(
+        help="Where all chance starts: the same seed gives the same result.",
+        rich_help_panel=SETTINGS,
+        show_default="0",
+    ),
 ]
 Scene = Annotated[
     str | None,
     typer.Option(
-        help="What the lowest support is: floor, table, or auto = look at the recording.",
+        help="What objects stand on: floor, table, or auto = find out from the recording.",
         rich_help_panel=SETTINGS,
         show_default="auto",
     ),
@@ -59,7 +63,7 @@ GroundTruth = Annotated[
     Path | None,
     typer.Option(
         metavar="DIR",
-        help="Folder of <id>.png, 255 salient, 0 not salient, else ignored.",
+        help="Folder of true masks, <frame id>.png: 255 salient, 0 not salient, else ignored.",
         rich_help_panel="Testing",
     ),
 ]
@@ -76,6 +80,7 @@ Overwrite = Annotated[
     bool,
     typer.Option(
         "--overwrite",
+        metavar="",
         help="Write into a folder that is not empty; same names are replaced.",
         rich_help_panel=OUTPUT,
     ),
@@ -83,12 +88,19 @@ Overwrite = Annotated[
 Quiet = Annotated[
     bool,
     typer.Option(
-        "--quiet", "-q", help="Say nothing but warnings and errors.", rich_help_panel=OUTPUT
+        "--quiet",
+        "-q",
+        metavar="",
+        help="Say nothing but warnings and errors.",
+        rich_help_panel=OUTPUT,
     ),
 ]
 Json = Annotated[
     bool,
     typer.Option(
-        "--json", help="Print the results as JSON on standard output.", rich_help_panel=OUTPUT
+        "--json",
+        metavar="",
+        help="Print the results as JSON on standard output.",
+        rich_help_panel=OUTPUT,
     ),
 ]

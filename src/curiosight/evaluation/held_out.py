@@ -48,6 +48,7 @@ class HeldOut:
         self._salient = np.concatenate(salient) if rows else np.empty(0, np.int64)
         self._other = np.concatenate(other) if rows else np.empty(0, np.int64)
         self._forest = learner.forest
+        self._threshold = learner.threshold
         self._votes: npt.NDArray[np.float32] | None = None
 
     def overall_error(self, regrown: Sequence[int] | None = None) -> float | None:
@@ -61,7 +62,7 @@ class HeldOut:
             self._votes = self._forest.votes(self._rows)
         elif regrown:
             self._votes[:, list(regrown)] = self._forest.votes(self._rows, regrown)
-        predicted = self._votes.mean(axis=1) > 0.5
+        predicted = self._votes.mean(axis=1) > self._threshold
         hits = np.add.reduceat(self._salient * predicted, self._starts)
         false_alarms = np.add.reduceat(self._other * predicted, self._starts)
         salient = np.add.reduceat(self._salient, self._starts)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import find_objects
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
@@ -44,11 +48,9 @@ class Segmenting:
                 frames.expect(self.indices[turn + 1 : turn + 4])
                 segmentation = self._teacher.segment(frame)
                 self._out.write_image(f"labels/{frame.id}.png", segmentation.labels)
-                self._out.write_image(f"instances/{frame.id}.png", segmentation.instances())
-                self._objects[frame.id] = [
-                    describe_object(number, cluster)
-                    for number, cluster in enumerate(segmentation.objects, start=1)
-                ]
+                instances = segmentation.instances()
+                self._out.write_image(f"instances/{frame.id}.png", instances)
+                self._objects[frame.id] = describe_objects(instances, segmentation.objects)
                 self.problems.add(frame, segmentation.problem)
                 yield frame, segmentation
 
@@ -63,14 +65,31 @@ class Segmenting:
         }
 
 
-def describe_object(number: int, cluster: Cluster) -> dict[str, Any]:
-    """Return an object as JSON-able numbers; `instance` is its value in instances/<id>.png."""
-    u_min, v_min, u_max, v_max = cluster.box
-    return {
-        "instance": number,
-        "box_px": [u_min, v_min, u_max - u_min, v_max - v_min],
-        "area_px": cluster.n_pixels,
-        "size_m": [round(length, 3) for length in cluster.size],
-        "distance_m": round(cluster.distance, 3),
-        "support_height_m": round(cluster.support_height, 3),
-    }
+def describe_objects(
+    instances: npt.NDArray[np.uint16], objects: Sequence[Cluster]
+) -> list[dict[str, Any]]:
+    """Return objects as JSON-able numbers; `instance` is each one's value in instances/<id>.png.
+
+    box_px: u, v, width, height.
+    """
+    described = []
+    for number, (cluster, box) in enumerate(
+        zip(objects, find_objects(instances), strict=True), start=1
+    ):
+        rows, columns = box
+        described.append(
+            {
+                "instance": number,
+                "box_px": [
+                    columns.start,
+                    rows.start,
+                    columns.stop - columns.start,
+                    rows.stop - rows.start,
+                ],
+                "area_px": int(np.count_nonzero(instances[box] == number)),
+                "size_m": [round(length, 3) for length in cluster.size],
+                "distance_m": round(cluster.distance, 3),
+                "support_height_m": round(cluster.support_height, 3),
+            }
+        )
+    return described

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -45,6 +45,11 @@ class Segmentation:
     supports: tuple[Support, ...] = ()
     walls: tuple[Plane, ...] = ()
     problem: str | None = None
+
+    @classmethod
+    def of_labels(cls, labels: npt.NDArray[np.uint8]) -> Self:
+        """Return a segmentation that says nothing but labels: for a detector of one's own."""
+        return cls(labels, np.zeros(labels.shape, np.uint16))
 
     @property
     def objects(self) -> tuple[Cluster, ...]:

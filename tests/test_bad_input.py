@@ -1,0 +1,439 @@
+"""What cannot be used is refused in one line; what is partly bad is counted, and the run goes on."""
+
+from __future__ import annotations
+
+import errno
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from command import files, refusal, succeed
+from curiosight.cli.app import run
+from recordings import (
+    truncate,
+    write_camera_file,
+    write_depth,
+    write_folder,
+    write_image,
+    write_seven_scenes,
+)
+from room import ROOM, kinect, poses_around, render
+
+Capsys = pytest.CaptureFixture[str]
+TEACHING = ("explore", "segment", "learn")  # the commands that need depth
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain folder of eight frames with poses and ground truth; not to be changed."""
+    path = tmp_path_factory.mktemp("recordings") / "room"
+    write_folder(path, 8)
+    return path
+
+
+@pytest.fixture(scope="module")
+def model(room: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("runs") / "learn"
+    assert run(["learn", str(room), "--out", str(path), "--quiet"]) == 0
+    return path
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """A recording to spoil."""
+    write_folder(tmp_path / "room", 4)
+    return tmp_path / "room"
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out"
+
+
+def refused(capsys: Capsys, out: Path, *arguments: str | Path | int) -> str:
+    """Return the line that refuses a command; nothing may have been written."""
+    line = refusal(capsys, *arguments, "--out", out)
+    assert not out.exists()
+    return line
+
+
+# Unusable sources
+
+
+@pytest.mark.parametrize("command", TEACHING)
+def test_wrong_path(command: str, out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    line = refused(capsys, out, command, tmp_path / "nowhere")
+    assert line == f"curiosight: {tmp_path}/nowhere: does not exist; check the path"
+
+
+@pytest.mark.parametrize("command", TEACHING)
+def test_empty_folder(command: str, out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    (tmp_path / "empty").mkdir()
+    assert "is an empty folder" in refused(capsys, out, command, tmp_path / "empty")
+
+
+@pytest.mark.parametrize("command", TEACHING)
+def test_file_instead_of_a_folder(command: str, out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_image(tmp_path / "photo.png", np.zeros((20, 20, 3), np.uint8))
+    line = refused(capsys, out, command, tmp_path / "photo.png")
+    assert "give the folder of a recording" in line
+
+
+@pytest.mark.parametrize("command", [*TEACHING, "evaluate --folds 2"])
+def test_holiday_pictures(command: str, out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    for name in ("beach", "mountain", "party"):
+        write_image(tmp_path / f"photos/{name}.jpg", np.full((60, 80, 3), 99, np.uint8))
+    line = refused(capsys, out, *command.split(), tmp_path / "photos")
+    assert "has no depth to learn from" in line
+    assert "`curiosight map`" in line
+
+
+def test_holiday_pictures_to_evaluate_on(
+    model: Path, out: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    write_image(tmp_path / "photos/beach.jpg", np.full((60, 80, 3), 99, np.uint8))
+    line = refused(capsys, out, "evaluate", model, tmp_path / "photos")
+    assert "give --ground-truth" in line
+
+
+def test_missing_intrinsics(source: Path, out: Path, capsys: Capsys) -> None:
+    (source / "camera.json").unlink()
+    assert "camera.json" in refused(capsys, out, "explore", source)
+
+
+def test_eight_bit_depth(source: Path, out: Path, capsys: Capsys) -> None:
+    for path in (source / "depth").iterdir():
+        write_image(path, np.full((120, 160), 90, np.uint8))
+    assert "16-bit PNG" in refused(capsys, out, "explore", source)
+
+
+@pytest.mark.parametrize("command", [*TEACHING, "evaluate --folds 2"])
+def test_all_frames_bad(command: str, source: Path, out: Path, capsys: Capsys) -> None:
+    for path in (source / "depth").iterdir():
+        truncate(path)
+    line = refused(capsys, out, *command.split(), source)
+    assert "none of its 4 frames can be used (000000.png is truncated)" in line
+
+
+# Unusable arguments
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--strategy iak", "chronological, random, iac, got 'iak'; did you mean iac?"),
+        ("--scene kitchen", "'kitchen'"),
+        ("--preset best", "default or paper, got 'best'"),
+        ("--regions rooms", "got 'rooms', which is no file either"),
+        ("--regions time:0", "expected time:1 to time:8"),
+        ("--regions time:9", "expected time:1 to time:8"),
+        ("--steps 0", "steps: expected 1 or more, got 0"),
+        ("--steps many", "--steps"),
+        ("--seed -1", "seed: expected 0 or more, got -1"),
+        ("--threads 0", "threads: expected 1 or more, got 0"),
+        ("--test-every -1", "test-every: expected 0 or more, got -1"),
+        ("--test-every 3 --gap 3", "expected more than 7"),
+        ("--test-every 3 --gap -1", "gap: expected 0 or more, got -1"),
+        ("--test-every 3 --test nowhere", "expected --test or --test-every, got both"),
+        ("--test nowhere", "nowhere: does not exist"),
+        ("--ground-truth nowhere", "nowhere: is not a folder"),
+        ("--from nowhere", "nowhere: does not exist"),
+        ("--config nowhere.toml", "nowhere.toml: cannot be read"),
+    ],
+)
+def test_unusable_options_of_explore(
+    options: str, words: str, room: Path, out: Path, capsys: Capsys
+) -> None:
+    assert words in refused(capsys, out, "explore", room, *options.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("segment ROOM --every 0", "every: expected 1 or more, got 0"),
+        ("evaluate ROOM", "expected RUN SOURCE, or SOURCE with --folds"),
+        ("evaluate MODEL ROOM ROOM", "expected RUN SOURCE, or SOURCE with --folds"),
+        ("evaluate MODEL ROOM --folds 2", "expected only SOURCE with --folds"),
+        ("evaluate ROOM --folds 1", "got 1"),
+        ("evaluate ROOM --folds 1000", "got 1000"),
+        ("evaluate ROOM --folds 2 --split rooms", "frames or blocks, got 'rooms'"),
+        ("evaluate ROOM --folds 8 --split blocks --config GAP", "gap: expected less"),
+    ],
+)
+def test_unusable_arguments_of_other_commands(
+    arguments: str, words: str, room: Path, model: Path, out: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    (tmp_path / "gap.toml").write_text("[test]\ngap = 8")
+    names = {"ROOM": room, "MODEL": model, "GAP": tmp_path / "gap.toml"}
+    words_of_command = [names.get(word, word) for word in arguments.split()]
+    assert words in refused(capsys, out, *words_of_command)
+
+
+def test_pose_regions_without_poses(out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "room", 4, with_poses=False)
+    line = refused(capsys, out, "explore", tmp_path / "room", "--regions", "pose")
+    assert "expected poses for `pose`, got none; use time:5" in line
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[explorer]\nn_stepps = 5", "unknown key `explorer.n_stepps`; did you mean"),
+        ("[explorers]\nn_steps = 5", "unknown key `explorers`; did you mean `explorer`?"),
+        ("explorer = 5", "write a section [explorer]"),
+        ('[explorer]\nn_steps = "five"', "`explorer.n_steps` is 'five'; expected int"),
+        ("[explorer]\nn_steps = true", "`explorer.n_steps` is True; expected int"),
+        ("[explorer]\nn_steps = 0", "n_steps: expected 1 or more, got 0"),
+        ('[forest]\nvote = "loud"', "`forest.vote` is 'loud'; use one of 'hard', 'soft'"),
+        ("[forest]\nn_regrown = 31", "n_regrown: expected 1 to 30, got 31"),
+        ("[explorer]\nn_stay = 0", "n_stay"),
+        ('preset = "best"', "best"),
+        ("[explorer", "is no TOML"),
+    ],
+)
+def test_unusable_config(
+    text: str, words: str, room: Path, out: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    assert words in refused(capsys, out, "explore", room, "--config", tmp_path / "mine.toml")
+
+
+# Model files that are none
+
+
+def write_text(path: Path) -> None:
+    path.write_text("hello")
+
+
+def write_other_archive(path: Path) -> None:
+    with path.open("wb") as file:
+        np.savez(file, weights=np.zeros(3))
+
+
+def write_picture(path: Path) -> None:
+    write_image(path.with_suffix(".png"), np.zeros((9, 9, 3), np.uint8))
+    path.with_suffix(".png").rename(path)
+
+
+@pytest.mark.parametrize("write", [write_text, write_other_archive, write_picture, Path.mkdir])
+@pytest.mark.parametrize("command", ["map", "evaluate", "explore --from"])
+def test_model_file_that_is_not_one(
+    write: Callable[[Path], Any],
+    command: str,
+    room: Path,
+    out: Path,
+    tmp_path: Path,
+    capsys: Capsys,
+) -> None:
+    path = tmp_path / "model.npz"
+    write(path)
+    name, *option = command.split()
+    arguments = [room, *option, path] if option else [path, room]
+    assert "model.npz" in refused(capsys, out, name, *arguments)
+
+
+def test_truncated_model(
+    model: Path, room: Path, out: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    shutil.copytree(model, tmp_path / "run")
+    truncate(tmp_path / "run/model.npz")
+    assert "run/model.npz: not a curiosight file" in refused(
+        capsys, out, "map", tmp_path / "run", room
+    )
+
+
+# Output folders that cannot be used
+
+
+@pytest.mark.parametrize("command", ["segment", "explore", "learn", "evaluate --folds 2", "map"])
+def test_output_folder_in_use(
+    command: str, room: Path, model: Path, out: Path, capsys: Capsys
+) -> None:
+    out.mkdir()
+    (out / "thesis.txt").write_text("three years of work")
+    arguments = [*command.split(), *([model] if command == "map" else []), room]
+    line = refusal(capsys, *arguments, "--out", out)
+    assert line == (
+        f"curiosight: {out}: exists and is not empty; choose another --out, or add --overwrite"
+    )
+    assert files(out) == {"thesis.txt"}
+
+
+def test_overwrite_keeps_other_files(room: Path, out: Path, capsys: Capsys) -> None:
+    out.mkdir()
+    (out / "thesis.txt").write_text("three years of work")
+    succeed(capsys, "learn", room, "--out", out, "--overwrite")
+    assert (out / "thesis.txt").read_text() == "three years of work"
+    assert (out / "model.npz").is_file()
+
+
+@pytest.mark.parametrize("folder", [".", "rgb", "depth", "ground_truth"])
+def test_recording_is_never_overwritten(
+    folder: str, model: Path, source: Path, capsys: Capsys
+) -> None:
+    before = {path: path.read_bytes() for path in source.rglob("*") if path.is_file()}
+    line = refusal(capsys, "map", model, source, "--out", source / folder, "--overwrite")
+    assert "is part of the recording" in line
+    assert before == {path: path.read_bytes() for path in source.rglob("*") if path.is_file()}
+
+
+def test_output_folder_that_is_a_file(room: Path, out: Path, capsys: Capsys) -> None:
+    out.write_text("a file")
+    assert "is a file; choose a folder" in refusal(capsys, "learn", room, "--out", out)
+    assert "cannot be written" in refusal(capsys, "learn", room, "--out", out / "inside")
+    assert out.read_text() == "a file"
+
+
+def test_output_folder_that_is_not_writable(
+    room: Path, out: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.setattr(Path, "mkdir", raising(errno.EACCES))
+    line = refused(capsys, out, "explore", room)
+    assert "cannot be written (Permission denied)" in line
+
+
+@pytest.mark.parametrize("command", ["explore", "segment", "learn", "evaluate --folds 2"])
+def test_disk_full(
+    command: str, room: Path, out: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.setattr(Path, "write_bytes", raising(errno.ENOSPC))
+    line = refusal(capsys, *command.split(), room, "--out", out)
+    assert str(out) in line
+    assert "free some space" in line
+    assert files(out) == set(), "half a file is left"
+
+
+def raising(number: int) -> Callable[..., Any]:
+    """Return a function that fails as the system does."""
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise OSError(number, {errno.EACCES: "Permission denied"}.get(number, "No space left"))
+
+    return fail
+
+
+# Some bad frames: counted, and the run goes on
+
+
+def cut_depth(source: Path) -> None:
+    truncate(source / "depth/000001.png")
+
+
+def cut_colour(source: Path) -> None:
+    truncate(source / "rgb/000001.png", 0.6)
+
+
+def remove_depth(source: Path) -> None:
+    (source / "depth/000001.png").unlink()
+
+
+def shrink_depth(source: Path) -> None:
+    write_depth(source / "depth/000001.png", np.ones((60, 80), np.float32))
+
+
+def shrink_colour(source: Path) -> None:
+    write_image(source / "rgb/000001.png", np.zeros((60, 80, 3), np.uint8))
+
+
+def lose_pose(source: Path) -> None:
+    lines = (source / "poses.txt").read_text().splitlines()
+    lines[1] = lines[1].split()[0] + " nan" * 7
+    (source / "poses.txt").write_text("\n".join(lines))
+
+
+SPOILERS = (cut_depth, cut_colour, remove_depth, shrink_depth, shrink_colour, lose_pose)
+
+
+@pytest.mark.parametrize("spoil", SPOILERS)
+@pytest.mark.parametrize("command", ["learn", "segment", "explore --strategy chronological"])
+def test_some_bad_frames(
+    spoil: Callable[[Path], None], command: str, source: Path, out: Path, capsys: Capsys
+) -> None:
+    spoil(source)
+    steps = ("--steps", 4, "--regions", "time:2") if command.startswith("explore") else ()
+    outcome = succeed(capsys, *command.split(), source, *steps, "--out", out)
+    (warning,) = (line for line in outcome.err.splitlines() if line.startswith("warning"))
+    assert warning.startswith("warning: 1 of 4 frames t")
+    assert "first 000001 (" in warning
+
+
+@pytest.mark.parametrize("pose", [np.diag([2.0, 1, 1, 1]), np.full((4, 4), np.nan)])
+def test_pose_that_is_none(pose: Any, out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_seven_scenes(tmp_path / "kitchen", 4)
+    np.savetxt(tmp_path / "kitchen/seq-01/frame-000002.pose.txt", pose)
+    outcome = succeed(capsys, "learn", tmp_path / "kitchen", "--out", out)
+    assert "warning: 1 of 4 frames taught nothing: bad frame, first frame-000002" in outcome.err
+
+
+def test_truncated_jpeg(out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_seven_scenes(tmp_path / "kitchen", 4, ending="jpg")
+    truncate(tmp_path / "kitchen/seq-01/frame-000002.color.jpg", 0.6)
+    outcome = succeed(capsys, "learn", tmp_path / "kitchen", "--out", out)
+    assert "frame-000002 (frame-000002.color.jpg is truncated)" in outcome.err
+
+
+@pytest.mark.parametrize("command", ["evaluate MODEL", "evaluate --folds 2"])
+def test_bad_frames_are_not_scored(
+    command: str, model: Path, source: Path, out: Path, capsys: Capsys
+) -> None:
+    cut_depth(source)
+    truncate(source / "ground_truth/000002.png")
+    words = [model if word == "MODEL" else word for word in command.split()]
+    outcome = succeed(capsys, *words, source, "--out", out)
+    assert "warning: 2 of 4 frames could not be used: bad frame, first 000001" in outcome.err
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert sorted(score["id"] for score in metrics["per_frame"]) == ["000000", "000003"]
+
+
+def test_bad_test_frames_are_told(source: Path, out: Path, capsys: Capsys) -> None:
+    truncate(source / "depth/000002.png")
+    options = ("--test-every", 2, "--gap", 0, "--steps", 2)
+    outcome = succeed(capsys, "explore", source, *options, "--out", out)
+    assert "without 1 frame, bad or with nothing salient in view" in outcome.err
+    assert json.loads((out / "summary.json").read_text())["test_frames"] == 1
+
+
+def test_one_frame(out: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "room", 1)
+    for command in ("explore --steps 3", "learn", "segment"):
+        succeed(capsys, *command.split(), tmp_path / "room", "--out", out / command[:5])
+    steps = (out / "explo/steps.csv").read_text().splitlines()
+    assert [line.split(",")[1] for line in steps[1:]] == ["000000"] * 3
+
+
+def test_recording_without_any_object(source: Path, model: Path, out: Path, capsys: Capsys) -> None:
+    for index, pose in enumerate(poses_around(4)):
+        view = render(kinect(), pose, ROOM[3:])
+        write_image(source / f"rgb/{index:06d}.png", view.rgb)
+        write_depth(source / f"depth/{index:06d}.png", view.depth)
+        write_image(source / f"ground_truth/{index:06d}.png", view.ground_truth)
+    explored = succeed(
+        capsys, "explore", source, "--steps", 4, "--test-every", 2, "--gap", 0, "--out", out / "e"
+    )
+    learned = succeed(capsys, "learn", source, "--out", out / "l")
+    assert "warning: nothing was learned" in explored.err
+    assert "warning: nothing was learned" in learned.err
+    evaluated = succeed(capsys, "evaluate", model, source, "--out", out / "v")
+    assert "warning: no frame shows anything salient" in evaluated.err
+    mapped = succeed(capsys, "map", out / "l", source, "--out", out / "m")
+    assert "every map is black" in mapped.err
+
+
+def test_recording_without_any_plane(source: Path, out: Path, capsys: Capsys) -> None:
+    rng = np.random.default_rng(0)
+    for path in (source / "depth").iterdir():
+        write_image(path, rng.integers(500, 5000, (120, 160), np.uint16))
+    for command in ("explore --steps 4 --strategy chronological", "learn", "segment"):
+        outcome = succeed(capsys, *command.split(), source, "--out", out / command[:5])
+        assert "warning: 4 of 4 frames t" in outcome.err
+        assert "no support plane is in view" in outcome.err
+
+
+def test_intrinsics_of_another_size(source: Path, out: Path, capsys: Capsys) -> None:
+    write_camera_file(source, kinect(320, 240))
+    assert "for 320x240 images, but the images are 160x120" in refused(capsys, out, "learn", source)
