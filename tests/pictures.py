@@ -19,7 +19,7 @@ class RedThings:
         labels = np.where(red - green > 80, Label.SALIENT, Label.NOT_SALIENT).astype(np.uint8)
         known_from = len(labels) if frame.problem else len(labels) // 4
         labels[:known_from] = Label.UNKNOWN
-        return Segmentation(labels, np.zeros(labels.shape, np.uint16), problem=frame.problem)
+        return Segmentation.of_labels(labels, frame.problem)
 
 
 def picture(seed: int = 0, *, n_things: int = 2, size: tuple[int, int] = (320, 240)) -> Frame:

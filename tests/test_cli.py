@@ -162,6 +162,7 @@ def test_evaluate_against_ground_truth(
     assert metrics["truth"] == "ground truth"
     assert metrics["n_frames"] == 8
     assert metrics["pooled"]["all"]["roc_auc"] > 0.95
+    assert (tmp_path / "out/config.toml").read_text() == (model / "config.toml").read_text()
     assert set(metrics["pooled"]) == {"all", "unknown", "unavailable", "beyond_range"}
     assert files(tmp_path / "out") == {"config.toml", "metrics.json", "roc.png"}
 
@@ -246,7 +247,8 @@ def test_help_of_every_command(name: str, flag: str, capsys: Capsys) -> None:
 
 def test_no_arguments_shows_the_commands(capsys: Capsys) -> None:
     outcome = call(capsys)
-    assert all(name in outcome.out + outcome.err for name in COMMANDS)
+    assert all(name in outcome.out for name in COMMANDS)
+    assert (outcome.status, outcome.err) == (2, "")
 
 
 def test_version(capsys: Capsys) -> None:

@@ -69,20 +69,24 @@ def test_pooled_figures_are_those_of_all_pixels_together(frames, part: str) -> N
     assert pooled["n_not_salient_px"] == (~is_salient).sum()
 
 
-def test_per_frame_figures_are_those_of_each_frame(frames) -> None:
+@pytest.mark.parametrize("part", PARTS)
+def test_per_frame_figures_are_those_of_each_frame(frames, part: str) -> None:
     table = scores_of(frames).table()
     for number, (made, found) in enumerate(zip(frames, table["per_frame"], strict=True)):
-        known = made.truth != 125
-        is_salient, saliency = made.truth[known] == 255, made.saliency[known]
+        chosen = made.parts[part]
+        is_salient, saliency = made.truth[chosen] == 255, made.saliency[chosen]
         assert found["id"] == f"frame-{number}"
-        assert found["roc_auc"] == pytest.approx(roc_auc_score(is_salient, saliency))
-        assert found["f1"] == pytest.approx(f1_score(is_salient, saliency > 0.5))
-        assert found["error"] == f1_error(made.truth, made.saliency)
+        assert found[part]["roc_auc"] == pytest.approx(roc_auc_score(is_salient, saliency))
+        assert found[part]["f1"] == pytest.approx(f1_score(is_salient, saliency > 0.5))
+        truth = np.where(chosen, made.truth, 125).astype(np.uint8)
+        assert found[part]["error"] == pytest.approx(f1_error(truth, made.saliency))
+    means = table["mean_per_frame"][part]
     for name in ("roc_auc", "average_precision", "best_f1", "f1"):
-        mean = np.mean([found[name] for found in table["per_frame"]])
-        assert table["mean_per_frame"][name] == pytest.approx(mean)
-    errors = [found["error"] for found in table["per_frame"]]
-    assert table["overall_error"] == pytest.approx(np.mean(errors))
+        mean = np.mean([found[part][name] for found in table["per_frame"]])
+        assert means[name] == pytest.approx(mean)
+    errors = [found[part]["error"] for found in table["per_frame"]]
+    assert means["overall_error"] == pytest.approx(np.mean(errors))
+    assert table["overall_error"] == table["mean_per_frame"]["all"]["overall_error"]
     assert table["n_frames"] == 4
 
 
@@ -101,13 +105,13 @@ def test_what_has_no_meaning_is_none_and_left_out_of_means(frames) -> None:
     alone = scores.table()
     bare = np.where(frames[1].truth == 255, 0, frames[1].truth).astype(np.uint8)
     scores.add("bare", frames[1].saliency, bare)
-    found = scores.table()["per_frame"][1]
+    found = scores.table()["per_frame"][1]["all"]
     assert found["roc_auc"] is found["average_precision"] is found["best_f1"] is None
     assert found["f1"] is found["error"] is None
     assert scores.table()["overall_error"] == alone["overall_error"]
     assert scores.table()["mean_per_frame"] == alone["mean_per_frame"]
     scores.add("all salient", frames[1].saliency, np.full(SIZE, 255, np.uint8))
-    found = scores.table()["per_frame"][2]
+    found = scores.table()["per_frame"][2]["all"]
     assert found["roc_auc"] is None
     assert found["average_precision"] == 1
 

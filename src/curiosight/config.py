@@ -79,7 +79,7 @@ class ExplorerConfig:
     random_n_stay: int = 1
 
     def __post_init__(self) -> None:
-        _check_least("steps", self.n_steps, 1)
+        _check_least("n_steps", self.n_steps, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class TestConfig:
     gap: int = 3
 
     def __post_init__(self) -> None:
-        _check_least("test-every", self.every, 0)
+        _check_least("every", self.every, 0)
         _check_least("gap", self.gap, 0)
 
 
@@ -104,7 +104,7 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         _check_least("seed", self.seed, 0)
-        _check_least("threads", self.n_threads, 1)
+        _check_least("n_threads", self.n_threads, 1)
         _check_least("memory_mb", self.memory_mb, 1)
 
 

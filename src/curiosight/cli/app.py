@@ -7,7 +7,7 @@ import sys
 from typing import Annotated
 
 import typer
-from typer.exceptions import Abort, Exit, TyperException
+from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
 from curiosight.cli import evaluate, explore, info, learn, map, segment
@@ -62,24 +62,23 @@ def main(arguments: list[str] | None = None) -> None:
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
-        status = app(arguments, prog_name="curiosight", standalone_mode=False)
+        # A command returns nothing; typer turns its `Exit`, and Ctrl-C, into a number.
+        status = app(arguments, prog_name="curiosight", standalone_mode=False) or 0
         sys.stdout.flush()
-        return status if isinstance(status, int) else 0
-    except Exit as wish:
-        return wish.exit_code
     except TyperException as mistake:
-        return _refuse(f"{mistake.format_message()} (see `curiosight --help`)")
+        text = mistake.format_message()  # empty where no arguments had the help shown
+        return _refuse(f"{text} (see `curiosight --help`)") if text else 2
     except (DataError, ValueError) as mistake:
         return _refuse(str(mistake))
-    except (KeyboardInterrupt, Abort):
-        print("curiosight: interrupted", file=sys.stderr)
-        return INTERRUPTED
     except BrokenPipeError:
         # Whoever read our output has seen enough; Python would complain once more at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
         return _refuse(f"{error.filename or 'the system'}: {error.strerror}; check path and rights")
+    if status == INTERRUPTED:
+        print("curiosight: interrupted", file=sys.stderr)
+    return int(status)
 
 
 def _refuse(text: str) -> int:

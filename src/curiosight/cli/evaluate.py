@@ -15,7 +15,6 @@ from curiosight.evaluation import PARTS, MapScores, SplitKind
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
-from curiosight.learner import SaliencyLearner
 from curiosight.viewing.figures import roc
 from curiosight.viewing.live import announce_compilation
 
@@ -60,7 +59,7 @@ def evaluate(
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
         evaluation = _prepare(settings, paths, folds, split, ground_truth)
-        folder.write_text("config.toml", to_toml(settings))
+        folder.write_text("config.toml", to_toml(evaluation.config))
         talk.introduce(paths[-1], evaluation.truth.dataset)
         with talk.following("evaluate", len(evaluation)) as shown:
             for _ in evaluation:
@@ -87,8 +86,8 @@ def _prepare(
         if len(paths) != 2:
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
-        learner = SaliencyLearner.load(load_run_model(run))
-        return Evaluation(config, learner, open_dataset(source, ground_truth=ground_truth))
+        model = load_run_model(run)
+        return Evaluation(config, model, open_dataset(source, ground_truth=ground_truth))
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
     dataset = open_dataset(paths[0], ground_truth=ground_truth)

@@ -113,6 +113,8 @@ def explore(
     )
     if test is not None and test_every is not None:
         raise ValueError("test: expected --test or --test-every, got both")
+    if ground_truth is not None and test is None and not settings.test.every:
+        raise ValueError("ground-truth: expected --test-every or --test too, or nothing is tested")
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
     dataset = open_dataset(source, ground_truth=ground_truth if test is None else None)
     test_source = None if test is None else open_dataset(test, ground_truth=ground_truth)
@@ -130,7 +132,7 @@ def explore(
         talk.warn(NOTHING_LEARNED)
     talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
-        talk.note(f"interrupted after {len(run.rows)} steps; run and model are kept")
+        talk.note(f"stopped after {count(len(run.rows), 'step')}; run and model are kept")
         raise typer.Exit(INTERRUPTED)
 
 
@@ -200,7 +202,7 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     rows = {
         "steps": summary["steps"],
         "overall error (1 - F1)": summary["overall_error"],
-        "tested on": f"{summary['tested_on']}, {summary['test_frames']} frames",
+        "tested on": f"{summary['tested_on']}, {count(summary['test_frames'], 'frame')}",
         "samples": summary["samples"],
         "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
     }

@@ -8,7 +8,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
-from curiosight.cli.talk import NOTHING_LEARNED, Talk
+from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import MODEL
@@ -60,7 +60,7 @@ def learn(
         talk.warn(NOTHING_LEARNED)
     talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
-        talk.note(f"interrupted after {summary['frames']} frames; the model of these is kept")
+        talk.note(f"stopped after {count(summary['frames'], 'frame')}; the model of these is kept")
         raise typer.Exit(INTERRUPTED)
 
 

@@ -8,7 +8,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
-from curiosight.cli.talk import Talk
+from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.datasets import open_dataset
 from curiosight.experiments.output import OutputFolder
@@ -53,5 +53,5 @@ def segment(
     rows["written to"] = folder.path
     talk.results("segment", rows, {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
-        talk.note(f"interrupted after {summary['frames']} frames; they are kept")
+        talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
         raise typer.Exit(INTERRUPTED)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Depth, Label
-from curiosight.metrics import Ranking, Scores, f1_error
+from curiosight.metrics import Ranking, Scores
 
 Mask = npt.NDArray[np.bool_]
 
@@ -17,11 +17,13 @@ Mask = npt.NDArray[np.bool_]
 PARTS = ("all", "unknown", "unavailable", "beyond_range")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class FrameScore:
-    """The agreement in one frame; None where it has no salient or no other pixel."""
+    """The agreement in one frame; None where it has no salient or no other pixel.
 
-    id: str
+    error: 1 - F1 at a threshold of 0.5 (eq. 1).
+    """
+
     roc_auc: float | None
     average_precision: float | None
     best_f1: float | None
@@ -33,12 +35,13 @@ class MapScores:
     """Collect saliency maps with their truth, frame by frame.
 
     max_range: metres of depth; what lies beyond is scored apart too.
+    frames: what was added, in order: the id and the scores of each part, one of `PARTS`.
     """
 
     def __init__(self, *, max_range: float = 4.0) -> None:
         self._max_range = max_range
         self._pools = {part: Scores() for part in PARTS}
-        self.frames: list[FrameScore] = []
+        self.frames: list[tuple[str, dict[str, FrameScore]]] = []
 
     def add(
         self,
@@ -53,29 +56,28 @@ class MapScores:
         labels: the teacher's, to score apart what it left unknown or unavailable.
         depth: metres, to score apart what lies beyond its range.
         """
-        known = (truth == Label.SALIENT) | (truth == Label.NOT_SALIENT)
         is_salient = truth == Label.SALIENT
-        masks: dict[str, Mask] = {"all": known}
-        if labels is not None:
-            masks["unknown"] = known & (labels == Label.UNKNOWN)
-            masks["unavailable"] = known & (labels == Label.UNAVAILABLE)
-        if depth is not None:
-            masks["beyond_range"] = known & (depth > self._max_range)
-        for part, mask in masks.items():
+        scores = {}
+        for part, mask in self._parts(truth, labels, depth).items():
             self._pools[part].add(saliency, is_salient, mask)
-        own = Scores()
-        own.add(saliency, is_salient, known)
-        ranking = own.ranking()
-        self.frames.append(
-            FrameScore(
-                id,
-                ranking.roc_auc,
-                ranking.average_precision,
-                ranking.best_f1,
-                ranking.f1,
-                f1_error(truth, saliency),
-            )
-        )
+            scores[part] = _score_frame(saliency, is_salient, mask)
+        self.frames.append((id, scores))
+
+    def _parts(
+        self,
+        truth: npt.NDArray[np.uint8],
+        labels: npt.NDArray[np.uint8] | None,
+        depth: Depth | None,
+    ) -> dict[str, Mask]:
+        """Return the pixels of each part that can be told apart."""
+        known = (truth == Label.SALIENT) | (truth == Label.NOT_SALIENT)
+        parts = {"all": known}
+        if labels is not None:
+            parts["unknown"] = known & (labels == Label.UNKNOWN)
+            parts["unavailable"] = known & (labels == Label.UNAVAILABLE)
+        if depth is not None:
+            parts["beyond_range"] = known & (depth > self._max_range)
+        return parts
 
     def ranking(self, part: str = "all") -> Ranking:
         """Return the metrics pooled over all frames' pixels of a part, one of `PARTS`."""
@@ -83,16 +85,37 @@ class MapScores:
 
     def table(self) -> dict[str, Any]:
         """Return everything as JSON-able numbers; None where a number has no meaning."""
-        pooled = {part: _numbers(self.ranking(part)) for part in PARTS}
-        names = ("roc_auc", "average_precision", "best_f1", "f1")
-        means = {name: _mean([getattr(score, name) for score in self.frames]) for name in names}
+        means = {part: self._means(part) for part in PARTS}
         return {
             "n_frames": len(self.frames),
-            "overall_error": _mean([score.error for score in self.frames]),
-            "pooled": pooled,
+            "overall_error": means["all"]["overall_error"],
+            "pooled": {part: _numbers(self.ranking(part)) for part in PARTS},
             "mean_per_frame": means,
-            "per_frame": [asdict(score) for score in self.frames],
+            "per_frame": [
+                {"id": id} | {part: asdict(score) for part, score in scores.items()}
+                for id, scores in self.frames
+            ],
         }
+
+    def _means(self, part: str) -> dict[str, float | None]:
+        """Return the means over the frames where a figure has a meaning."""
+        scores = [scores[part] for _, scores in self.frames if part in scores]
+        names = ("roc_auc", "average_precision", "best_f1", "f1")
+        means = {name: _mean([getattr(score, name) for score in scores]) for name in names}
+        return means | {"overall_error": _mean([score.error for score in scores])}
+
+
+def _score_frame(saliency: npt.NDArray[np.float32], is_salient: Mask, mask: Mask) -> FrameScore:
+    scores = Scores()
+    scores.add(saliency, is_salient, mask)
+    ranking = scores.ranking()
+    return FrameScore(
+        ranking.roc_auc,
+        ranking.average_precision,
+        ranking.best_f1,
+        ranking.f1,
+        None if ranking.f1 is None else 1 - ranking.f1,
+    )
 
 
 def _numbers(ranking: Ranking) -> dict[str, Any]:

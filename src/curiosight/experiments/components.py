@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -91,20 +92,27 @@ def make_learner(
         colour_space=config.learner.colour_space,
         n_pixels=config.learner.n_pixels,
         n_superpixels=config.learner.n_superpixels,
+        threshold=config.learner.threshold,
         seed=rng,
     )
 
 
-def with_settings_of(learner: SaliencyLearner, config: Config) -> Config:
-    """Return the settings with [learner] and [forest] as a loaded model has them."""
+def load_learner(
+    path: Path, config: Config, teacher: Teacher | None, rng: np.random.Generator | None = None
+) -> tuple[SaliencyLearner, Config]:
+    """Return a model that was learned before, and the settings with its features and forest."""
+    learner = SaliencyLearner.load(
+        path, teacher, seed=config.run.seed if rng is None else rng, n_threads=config.run.n_threads
+    )
     forest = learner.forest
-    return replace(
+    return learner, replace(
         config,
         learner=LearnerConfig(
             rows_per=learner.rows_per,
             colour_space=learner.colour_space,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
+            threshold=learner.threshold,
         ),
         forest=ForestConfig(
             n_trees=forest.n_trees,

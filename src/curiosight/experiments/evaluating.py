@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
-from curiosight.experiments.components import make_teacher, place
+from curiosight.experiments.components import load_learner, make_teacher, place
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth
@@ -25,11 +26,14 @@ class Evaluation:
     """Score a model on the frames of a recording that have a truth.
 
     Without depth only colour counts: what the teacher left open cannot be told apart then.
+
+    model: a file that `explore` or `learn` wrote; its features and forest replace those of the
+        settings.
     """
 
-    def __init__(self, config: Config, learner: SaliencyLearner, dataset: Dataset) -> None:
+    def __init__(self, config: Config, model: Path, dataset: Dataset) -> None:
+        self.learner, self.config = load_learner(model, config, None)
         teacher = make_teacher(config, dataset) if dataset.has_depth else None
-        self.learner = learner
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.scores = MapScores(max_range=config.segmentation.max_range)
         self.problems = Problems()

@@ -17,10 +17,10 @@ from curiosight.evaluation import HeldOut, every_nth
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
+    load_learner,
     make_learner,
     make_teacher,
     place,
-    with_settings_of,
 )
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
@@ -28,7 +28,6 @@ from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.exploration import Odometer
 from curiosight.explore import Step, explore
-from curiosight.learner import SaliencyLearner
 from curiosight.worlds import ReplayWorld
 
 MODEL = "model.npz"
@@ -79,10 +78,7 @@ class Exploration:
         if continued is None:
             self.learner = make_learner(config, self.teacher, learner_rng)
         else:
-            self.learner = SaliencyLearner.load(
-                continued, self.teacher, seed=learner_rng, n_threads=config.run.n_threads
-            )
-            config = with_settings_of(self.learner, config)
+            self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
         self.world = ReplayWorld(
             dataset, self.regions.of_view, indices=training, memory_mb=config.run.memory_mb

@@ -47,9 +47,9 @@ class Segmentation:
     problem: str | None = None
 
     @classmethod
-    def of_labels(cls, labels: npt.NDArray[np.uint8]) -> Self:
+    def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:
         """Return a segmentation that says nothing but labels: for a detector of one's own."""
-        return cls(labels, np.zeros(labels.shape, np.uint16))
+        return cls(labels, np.zeros(labels.shape, np.uint16), problem=problem)
 
     @property
     def objects(self) -> tuple[Cluster, ...]:
@@ -125,7 +125,7 @@ class Teacher:
 
 def _nothing(depth: Array, problem: str) -> Segmentation:
     labels = np.where(np.isnan(depth), Label.UNAVAILABLE, Label.UNKNOWN).astype(np.uint8)
-    return Segmentation(labels, np.zeros(depth.shape, np.uint16), problem=problem)
+    return Segmentation.of_labels(labels, problem)
 
 
 def _label(

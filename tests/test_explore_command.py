@@ -1,0 +1,214 @@
+"""curiosight explore: what a run consists of, that it can be repeated, and gone on with."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from command import call, files, succeed
+from curiosight import load_config
+from curiosight.cli.app import run
+from curiosight.config import Config, ForestConfig, LearnerConfig
+from curiosight.errors import DataError
+from curiosight.experiments.components import load_learner, make_learner
+from curiosight.learner import SaliencyLearner
+from recordings import write_folder, write_osd
+
+Capsys = pytest.CaptureFixture[str]
+RUN_FILES = {
+    "config.toml",
+    "steps.csv",
+    "timings.csv",
+    "model.npz",
+    "summary.json",
+    "figures/learning_curve.png",
+    "figures/time_per_region.png",
+    "figures/regions.png",
+    "figures/examples.png",
+}
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain folder of twenty frames with poses and ground truth."""
+    path = tmp_path_factory.mktemp("recordings") / "room"
+    write_folder(path, 20)
+    return path
+
+
+@pytest.fixture(scope="module")
+def explored(room: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of eight steps that was tested on every fifth frame."""
+    path = tmp_path_factory.mktemp("runs") / "first"
+    options = ["--steps", "8", "--test-every", "5", "--gap", "1", "--quiet"]
+    assert run(["explore", str(room), *options, "--out", str(path)]) == 0
+    return path
+
+
+def steps_of(folder: Path) -> list[dict[str, str]]:
+    with (folder / "steps.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def summary_of(folder: Path) -> dict[str, object]:
+    content: dict[str, object] = json.loads((folder / "summary.json").read_text())
+    return content
+
+
+def test_files_of_a_run(explored: Path) -> None:
+    assert files(explored) == RUN_FILES
+
+
+def test_steps_say_where_it_looked_and_what_it_learned(explored: Path) -> None:
+    steps = steps_of(explored)
+    assert [step["step"] for step in steps] == [str(number) for number in range(8)]
+    assert list(steps[0]) == [
+        "step",
+        "id",
+        "region",
+        "error",
+        "learning_progress",
+        "samples",
+        "metres",
+        "degrees",
+        "overall_error",
+    ]
+    near_tests = {
+        f"{index:06d}" for test in range(0, 20, 5) for index in (test - 1, test, test + 1)
+    }
+    assert not near_tests & {step["id"] for step in steps}
+    assert [int(step["samples"]) for step in steps] == [700 * number for number in range(1, 9)]
+    assert float(steps[0]["error"]) == 1.0, "nothing is predicted before the first step"
+    assert float(steps[-1]["overall_error"]) < 0.3
+    metres = [float(step["metres"]) for step in steps]
+    assert metres == sorted(metres)
+
+
+def test_summary_agrees_with_the_steps(explored: Path, room: Path) -> None:
+    summary, steps = summary_of(explored), steps_of(explored)
+    assert summary["steps"] == len(steps)
+    assert summary["distinct_frames"] == len({step["id"] for step in steps})
+    assert summary["overall_error"] == pytest.approx(float(steps[-1]["overall_error"]), abs=1e-6)
+    assert (summary["tested_on"], summary["test_frames"]) == ("ground truth", 4)
+    assert summary["source"] == summary["test_source"] == str(room)
+    stages = summary["stages"]
+    assert isinstance(stages, dict)
+    assert set(stages) == {"capture", "describe", "segment", "predict", "learn", "test"}
+    with (explored / "timings.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == len(steps)
+
+
+def test_config_repeats_the_run_byte_for_byte(
+    explored: Path, room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    again = ("--config", explored / "config.toml", "--threads", 1)
+    succeed(capsys, "explore", room, *again, "--out", tmp_path / "again")
+    first, second = explored / "steps.csv", tmp_path / "again/steps.csv"
+    assert first.read_bytes() == second.read_bytes()
+    assert (explored / "model.npz").read_bytes() == (tmp_path / "again/model.npz").read_bytes()
+
+
+def test_another_seed_is_another_run(explored: Path, room: Path, tmp_path: Path) -> None:
+    options = ["--steps", "8", "--test-every", "5", "--gap", "1", "--seed", "1", "--quiet"]
+    assert run(["explore", str(room), *options, "--out", str(tmp_path / "other")]) == 0
+    assert (explored / "steps.csv").read_bytes() != (tmp_path / "other/steps.csv").read_bytes()
+
+
+@pytest.mark.parametrize("strategy", ["chronological", "random", "iac"])
+def test_every_strategy_runs(strategy: str, room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    options = ("--strategy", strategy, "--steps", 4, "--regions", "pose:1x1x2")
+    succeed(capsys, "explore", room, *options, "--out", tmp_path / "out")
+    ids = [step["id"] for step in steps_of(tmp_path / "out")]
+    assert (ids == [f"{index:06d}" for index in range(4)]) == (strategy == "chronological")
+    assert summary_of(tmp_path / "out")["strategy"] == strategy
+
+
+def test_regions_from_a_file(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    (tmp_path / "regions.csv").write_text("000003,left\n000004,left\n000011,right\n")
+    options = ("--regions", tmp_path / "regions.csv", "--steps", 4)
+    succeed(capsys, "explore", room, *options, "--out", tmp_path / "out")
+    assert {step["id"] for step in steps_of(tmp_path / "out")} == {"000003", "000004", "000011"}
+
+
+def test_goes_on_with_a_model(explored: Path, room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    options = ("--from", explored, "--steps", 2, "--seed", 3)
+    succeed(capsys, "explore", room, *options, "--out", tmp_path / "next")
+    steps = steps_of(tmp_path / "next")
+    assert [int(step["samples"]) for step in steps] == [9 * 700, 10 * 700]
+    assert float(steps[0]["error"]) < 0.3, "it knew the room before the first step"
+    assert summary_of(tmp_path / "next")["continued"] == str(explored / "model.npz")
+
+
+def test_model_that_goes_on_keeps_its_own_features_and_forest(
+    explored: Path, room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    options = ("--from", explored, "--steps", 1, "--preset", "paper")
+    outcome = succeed(capsys, "explore", room, *options, "--out", tmp_path / "next")
+    assert "goes on with its own features and forest" in outcome.err
+    written = load_config(path=tmp_path / "next/config.toml")
+    default = load_config("default")
+    assert (written.learner, written.forest) == (default.learner, default.forest)
+    model = SaliencyLearner.load(tmp_path / "next/model.npz")
+    assert model.rows_per == "superpixel"
+
+
+def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
+    learner_settings = LearnerConfig("superpixel", "lab", 500, 600, 0.4)
+    forest_settings = ForestConfig(20, 3, 0.6, 9000, 8, 9, 7, "soft")
+    config = Config(learner=learner_settings, forest=forest_settings)
+    make_learner(config, None).save(tmp_path / "model.npz")
+    learner, brought = load_learner(tmp_path / "model.npz", load_config("paper"), None)
+    assert learner.n_superpixels == 500
+    assert brought == config
+
+
+def test_run_can_go_on_in_its_own_folder(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    out = tmp_path / "run"
+    for options in (("--steps", 2), ("--steps", 3, "--from", out, "--overwrite")):
+        succeed(capsys, "explore", room, *options, "--out", out)
+    assert [int(step["samples"]) for step in steps_of(out)] == [2100, 2800, 3500]
+
+
+def test_tests_on_another_recording(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_osd(tmp_path / "scenes", 3)
+    options = ("--test", tmp_path / "scenes", "--steps", 4)
+    outcome = succeed(capsys, "explore", room, *options, "--out", tmp_path / "out")
+    assert "tested on: ground truth" in outcome.err
+    summary = summary_of(tmp_path / "out")
+    assert summary["test_source"] == str(tmp_path / "scenes")
+    assert summary["test_frames"] == 3
+    assert summary["training_frames"] == 20
+
+
+def test_without_ground_truth_the_teacher_tests(tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "room", 6, with_ground_truth=False)
+    options = ("--test-every", 3, "--gap", 0, "--steps", 4)
+    outcome = succeed(capsys, "explore", tmp_path / "room", *options, "--out", tmp_path / "out")
+    assert "tested on: teacher" in outcome.err
+    assert summary_of(tmp_path / "out")["tested_on"] == "teacher"
+    assert float(steps_of(tmp_path / "out")[-1]["overall_error"]) < 0.5
+
+
+def test_model_is_kept_when_figures_fail(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise DataError("figures/learning_curve.png", "cannot be written", "free some space")
+
+    monkeypatch.setattr("curiosight.cli.explore.learning_curve", fail)
+    outcome = call(capsys, "explore", room, "--steps", 3, "--out", tmp_path / "out")
+    assert outcome.status == 2
+    assert outcome.err.splitlines()[-1].startswith("curiosight: figures/learning_curve.png")
+    assert len(steps_of(tmp_path / "out")) == summary_of(tmp_path / "out")["steps"] == 3
+    assert SaliencyLearner.load(tmp_path / "out/model.npz").forest.n_samples == 2100
+
+
+def test_model_predicts_what_the_run_learned(explored: Path) -> None:
+    learner = SaliencyLearner.load(explored / "model.npz")
+    black = np.zeros((120, 160, 3), np.uint8)
+    assert learner.forest.is_trained
+    assert learner.saliency(black).shape == (120, 160)

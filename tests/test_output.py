@@ -1,0 +1,134 @@
+"""The output folder: made late, never over other people's files, no half files."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from command import files
+from curiosight.errors import DataError
+from curiosight.experiments.output import OutputFolder, TableFile
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    path = tmp_path / "recording"
+    path.mkdir()
+    return path
+
+
+@pytest.fixture
+def tiny_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 64 kB; skipped where it cannot be mounted."""
+    path = tmp_path / "disk"
+    path.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(path)]
+    if os.getuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("needs the right to mount a file system")
+    yield path
+    subprocess.run(["umount", str(path)], check=True)
+
+
+def test_folder_is_made_with_its_first_file(tmp_path: Path, source: Path) -> None:
+    folder = OutputFolder(tmp_path / "a/b", "explore", source)
+    assert not folder.path.exists()
+    folder.write_text("notes/hello.txt", "hello")
+    assert files(tmp_path / "a/b") == {"notes/hello.txt"}
+
+
+def test_folder_of_its_own_is_not_shared(
+    tmp_path: Path, source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = OutputFolder(None, "explore", source)
+    folder.path.mkdir(parents=True)  # another run that started in the same second
+    with pytest.raises(DataError, match="File exists"):
+        folder.write_text("hello.txt", "hello")
+
+
+def test_existing_folder_is_taken_only_if_empty(tmp_path: Path, source: Path) -> None:
+    OutputFolder(tmp_path / "recording", "explore", source)
+    (source / "a.png").touch()
+    with pytest.raises(DataError, match="exists and is not empty"):
+        OutputFolder(source, "explore", tmp_path / "elsewhere")
+    OutputFolder(source, "explore", tmp_path / "elsewhere", overwrite=True)
+    with pytest.raises(DataError, match="is part of the recording"):
+        OutputFolder(source, "explore", source, overwrite=True)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_images_are_written_as_they_are(
+    dtype: type[np.generic], tmp_path: Path, source: Path
+) -> None:
+    folder = OutputFolder(tmp_path / "out", "segment", source)
+    image = np.arange(12).reshape(3, 4).astype(dtype)
+    folder.write_image("a.png", image)
+    read = cv2.imread(str(tmp_path / "out/a.png"), cv2.IMREAD_UNCHANGED)
+    assert read.dtype == dtype
+    np.testing.assert_array_equal(read, image)
+
+
+def test_colour_images_are_red_first(tmp_path: Path, source: Path) -> None:
+    folder = OutputFolder(tmp_path / "out", "segment", source)
+    folder.write_image("a.png", np.full((2, 2, 3), (255, 0, 0), np.uint8))
+    assert cv2.imread(str(tmp_path / "out/a.png"))[0, 0].tolist() == [0, 0, 255]
+
+
+def test_json_without_numbers_is_refused(tmp_path: Path, source: Path) -> None:
+    folder = OutputFolder(tmp_path / "out", "evaluate", source)
+    with pytest.raises(ValueError, match="JSON"):
+        folder.write_json("a.json", {"error": float("nan")})
+    folder.write_json("b.json", {"error": None})
+    assert json.loads((tmp_path / "out/b.json").read_text()) == {"error": None}
+
+
+def test_failed_write_keeps_the_file_that_was_there(
+    tmp_path: Path, source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = OutputFolder(tmp_path / "out", "explore", source)
+    folder.write_text("a.txt", "old")
+
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(DataError, match=r"No space left on device.*free some space"):
+        folder.write_text("a.txt", "new")
+    assert files(tmp_path / "out") == {"a.txt"}
+    assert (tmp_path / "out/a.txt").read_text() == "old"
+
+
+def test_table_can_be_read_after_every_row(tmp_path: Path) -> None:
+    table = TableFile(tmp_path / "a.csv", ["step", "id", "error"])
+    table.add({"step": 0, "id": "a,b", "error": None})
+    assert (tmp_path / "a.csv").read_text() == 'step,id,error\n0,"a,b",\n'
+    table.add({"error": 0.5, "step": 1, "id": "c"})
+    table.close()
+    assert (tmp_path / "a.csv").read_text().splitlines()[2] == "1,c,0.500000"
+
+
+def fill(table: TableFile) -> None:
+    while True:
+        table.add({"text": "x" * 99})
+
+
+def test_full_disk_leaves_only_whole_files_and_rows(tiny_disk: Path, source: Path) -> None:
+    folder = OutputFolder(tiny_disk / "out", "explore", source)
+    table = TableFile(folder.file("a.csv"), ["text"])
+    with pytest.raises(DataError, match=r"No space left on device.*free some space"):
+        folder.write_text("large.txt", "x" * 100_000)
+    assert files(tiny_disk) == {"out/a.csv"}
+    with pytest.raises(DataError, match="No space left on device"):
+        fill(table)
+    table.close()
+    lines = (tiny_disk / "out/a.csv").read_text().split("\n")
+    assert lines[-1] == ""
+    assert set(lines[1:-1]) == {"x" * 99}
