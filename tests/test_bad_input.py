@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -306,7 +307,7 @@ def test_output_folder_that_is_not_writable(
 def test_disk_full(
     command: str, room: Path, out: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    monkeypatch.setattr(Path, "write_bytes", raising(errno.ENOSPC))
+    monkeypatch.setattr(os, "replace", raising(errno.ENOSPC))
     line = refusal(capsys, *command.split(), room, "--out", out)
     assert str(out) in line
     assert "free some space" in line

@@ -154,8 +154,8 @@ def test_whole_numbers_do_for_fractions(write) -> None:
         ("preset = 'fast'", "`preset` is 'fast'", "use one of 'default', 'paper'"),
         ("preset = 3", "`preset` is 3", "use one of 'default', 'paper'"),
         ("[forest\nn_trees = 5", "is no TOML", "mend that line"),
-        ("[explorer]\nn_steps = 0", "[explorer] steps: expected 1 or more", "that value"),
-        ("[run]\nn_threads = -1", "[run] threads: expected 1 or more", "that value"),
+        ("[explorer]\nn_steps = 0", "[explorer] n_steps: expected 1 or more", "that value"),
+        ("[run]\nn_threads = -1", "[run] n_threads: expected 1 or more", "that value"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(write, text: str, found: str, remedy: str) -> None:
@@ -197,6 +197,7 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         "colour_space": "lab",
         "n_superpixels": 333,
         "n_pixels": 77,
+        "threshold": 0.4,
         "n_trees": 5,
         "n_regrown": 2,
         "share": 0.5,
@@ -209,7 +210,8 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
 
     def state(config: Config) -> tuple[object, ...]:
         learner = make_learner(config, None, np.random.default_rng(0))
-        return learner.n_pixels, learner._feature_definition(), learner.forest.settings()
+        features = learner._feature_definition()
+        return learner.n_pixels, learner.threshold, features, learner.forest.settings()
 
     config = Config()
     for entry in fields(getattr(config, section)):

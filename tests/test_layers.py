@@ -11,7 +11,7 @@ import pytest
 import curiosight
 
 ROWS = (
-    {"frame", "errors"},
+    {"frame", "errors", "files"},
     {
         "datasets",
         "segmentation",
@@ -29,7 +29,7 @@ ROWS = (
     {"__main__"},
 )
 ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}
-WITHIN = {("forest", "forest_kernels")}  # one part in two files
+WITHIN = {("forest", "forest_kernels"), ("files", "errors")}  # one part in two files
 OPTIONAL = {"sklearn", "rerun", "ray", "gymnasium", "rclpy"}
 
 ROOT = Path(curiosight.__file__).parent

@@ -7,11 +7,9 @@ opens the arrays too. The same content gives the same bytes.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import io
 import json
-import os
 import struct
 import zipfile
 import zlib
@@ -23,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.files import replace_file
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 Header = dict[str, Any]
@@ -62,18 +61,7 @@ def write_archive(
     checksum = _checksum(envelope, members)
     text = json.dumps(envelope | {"checksum": checksum}, indent=1, sort_keys=True)
     contents = _zip({HEADER_NAME: text.encode()} | members)
-    # Beside the target: os.replace is atomic only within one file system.
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with unfinished.open("wb") as file:
-            file.write(contents)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(unfinished, path)
-    except OSError as error:
-        raise _cannot_write(path, error) from error
-    finally:
-        _remove(unfinished)
+    replace_file(path, contents, is_synced=True)
 
 
 def read_archive(path: Path | str, kind: str) -> tuple[Header, Arrays]:
@@ -167,18 +155,3 @@ def _unzip(path: Path) -> dict[str, bytes]:
         if sum(info.file_size for info in archive.infolist()) > MAX_BYTES:
             raise zipfile.BadZipFile("unpacks to too many bytes")
         return {info.filename: archive.read(info) for info in archive.infolist()}
-
-
-def _cannot_write(path: Path, error: OSError) -> DataError:
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return DataError(path, "cannot be written: the disk is full", "free some space")
-    found = f"cannot be written ({error.strerror or error})"
-    return DataError(path, found, "choose a folder that exists and that you may write to")
-
-
-def _remove(path: Path) -> None:
-    """Remove a file that may be gone already, or stand in a folder that is none."""
-    try:
-        path.unlink(missing_ok=True)
-    except OSError:
-        return

@@ -7,8 +7,7 @@ import errno
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.files import replace_file, writing
 
 
 class OutputFolder:
@@ -42,7 +42,7 @@ class OutputFolder:
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file, completely or not at all."""
-        self._replace(name, text.encode())
+        replace_file(self.file(name), text.encode())
 
     def write_json(self, name: str, content: Any) -> None:
         """Write JSON-able content, with NaN refused."""
@@ -55,7 +55,7 @@ class OutputFolder:
         is_encoded, encoded = cv2.imencode(Path(name).suffix, np.ascontiguousarray(image))
         if not is_encoded:
             raise ValueError(f"name: expected an image's ending, got {name!r}")
-        self._replace(name, encoded.tobytes())
+        replace_file(self.file(name), encoded.tobytes())
 
     def file(self, name: str) -> Path:
         """Return the path of a file inside, its folder made."""
@@ -78,16 +78,6 @@ class OutputFolder:
         if self.path.resolve().is_relative_to(source.resolve()):
             found = "is part of the recording, whose files are not overwritten"
             raise DataError(self.path, found, "choose an --out elsewhere")
-
-    def _replace(self, name: str, content: bytes) -> None:
-        path = self.file(name)
-        partial = path.with_name(path.name + ".partial")
-        with writing(path):
-            try:
-                partial.write_bytes(content)
-                os.replace(partial, path)
-            finally:
-                partial.unlink(missing_ok=True)
 
 
 class TableFile:
@@ -127,13 +117,3 @@ def _cell(value: Any) -> Any:
     if value is None:
         return ""
     return f"{value:.6f}" if isinstance(value, float) else value
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn what the system says against writing into a `DataError`."""
-    try:
-        yield
-    except OSError as error:
-        remedy = "free some space" if error.errno == errno.ENOSPC else "choose another --out"
-        raise DataError(path, f"cannot be written ({error.strerror})", remedy) from error

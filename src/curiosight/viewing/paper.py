@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import errno
-import os
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from curiosight.errors import DataError
+from curiosight.files import replace_file
 
 Rgb = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]
@@ -59,24 +58,16 @@ def save_figure(figure: Figure, path: Path | str) -> None:
 
     Raises `DataError` where the file cannot be written.
     """
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        try:
-            figure.savefig(
-                partial,
-                format="png",
-                dpi=DPI,
-                bbox_inches="tight",
-                pad_inches=0.08,
-                metadata={"Software": None},
-            )
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        remedy = "free some space" if error.errno == errno.ENOSPC else "choose another --out"
-        raise DataError(path, f"cannot be written ({error.strerror})", remedy) from error
+    drawn = io.BytesIO()
+    figure.savefig(
+        drawn,
+        format="png",
+        dpi=DPI,
+        bbox_inches="tight",
+        pad_inches=0.08,
+        metadata={"Software": None},
+    )
+    replace_file(Path(path), drawn.getvalue())
 
 
 def region_colours(names: Sequence[str]) -> list[Rgb]:

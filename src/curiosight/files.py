@@ -1,0 +1,43 @@
+"""Write files completely or not at all, and say in a line why one cannot be written."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from curiosight.errors import DataError
+
+
+def replace_file(path: Path, content: bytes, *, is_synced: bool = False) -> None:
+    """Write a file, completely or not at all; one that is there stays until the new one is.
+
+    is_synced: wait until it is on the disk, for what must survive a power cut.
+    Raises `DataError` where it cannot be written.
+    """
+    # Beside the target: os.replace is atomic only within one file system.
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    with writing(path):
+        try:
+            with partial.open("wb") as file:
+                file.write(content)
+                if is_synced:
+                    file.flush()
+                    os.fsync(file.fileno())
+            os.replace(partial, path)
+        finally:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the system says against writing into a `DataError`."""
+    try:
+        yield
+    except OSError as error:
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        remedy = "free some space" if is_full else "check the folder and its rights"
+        raise DataError(path, f"cannot be written ({error.strerror})", remedy) from error
