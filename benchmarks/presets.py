@@ -103,8 +103,7 @@ def run(
 ) -> dict[str, Any]:
     """Cross-validate once."""
     config = replace(config, run=replace(config.run, seed=seed))
-    evaluation = CrossValidation(config, dataset, n_folds=5, split=split)
-    evaluation.teacher = teacher
+    evaluation = CrossValidation(config, dataset, n_folds=5, split=split, teacher=teacher)
     if split == "frames":
         for _ in evaluation:
             pass

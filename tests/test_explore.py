@@ -155,7 +155,7 @@ def test_learning_off_line_is_about_as_good(room, unseen, teacher) -> None:
     off_line = OffLine(config, room, teacher=teacher)
     n_seen = sum(1 for _ in off_line)
     assert n_seen == len(room)
-    assert error_of(off_line.finish(), unseen) < error_of(on_line, unseen) + 0.02
+    assert error_of(off_line.fit(), unseen) < error_of(on_line, unseen) + 0.02
 
 
 def test_errors_fall_and_progress_is_measured_where_it_looked_twice(room, teacher) -> None:

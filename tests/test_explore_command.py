@@ -212,3 +212,18 @@ def test_model_predicts_what_the_run_learned(explored: Path) -> None:
     black = np.zeros((120, 160, 3), np.uint8)
     assert learner.forest.is_trained
     assert learner.saliency(black).shape == (120, 160)
+
+
+def test_ground_truth_beside_the_test_frames_is_not_passed_over_silently(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_folder(tmp_path / "room", 8)
+    for index in (0, 4):
+        (tmp_path / "room" / "ground_truth" / f"{index:06d}.png").unlink()
+    outcome = call(
+        capsys, "explore", tmp_path / "room", "--steps", 2, "--test-every", 4, "--gap", 1,
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert outcome.status == 0
+    assert "tested on: teacher" in outcome.err
+    assert "not of the frames that are kept for testing" in outcome.err

@@ -146,6 +146,9 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
         f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
     )
+    tested = run.truth.dataset
+    if run.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):
+        talk.warn("the ground truth is not of the frames that are kept for testing: not used")
     n_left_out = len(run.truth.indices) - run.held_out.n_frames
     if n_left_out:
         talk.note(f"  without {count(n_left_out, 'frame')}, bad or with nothing salient in view")

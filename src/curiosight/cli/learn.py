@@ -51,7 +51,7 @@ def learn(
             with talk.following("learn", len(dataset)) as shown:
                 for _ in ctrl_c.until_pressed(off_line):
                     shown.advance()
-            learner = off_line.finish()
+            learner = off_line.fit()
             learner.save(folder.file(MODEL), {"source": dataset.name})
             summary = off_line.summary()
             folder.write_json("summary.json", summary)

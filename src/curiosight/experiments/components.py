@@ -15,7 +15,7 @@ from curiosight.exploration import Regions, Strategy, make_regions, make_strateg
 from curiosight.features import N_FEATURES
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
-from curiosight.learner import SaliencyLearner
+from curiosight.learner import SaliencyLearner, Teaches
 from curiosight.segmentation import Survey, Teacher, survey_recording
 
 
@@ -67,7 +67,7 @@ def place(dataset: Dataset) -> str:
 
 
 def make_learner(
-    config: Config, teacher: Teacher | None, rng: np.random.Generator | None = None
+    config: Config, teacher: Teaches | None, rng: np.random.Generator | None = None
 ) -> SaliencyLearner:
     """Return a learner that has seen nothing yet; rng: None = one made from the seed."""
     settings = config.forest
@@ -98,7 +98,7 @@ def make_learner(
 
 
 def load_learner(
-    path: Path, config: Config, teacher: Teacher | None, rng: np.random.Generator | None = None
+    path: Path, config: Config, teacher: Teaches | None, rng: np.random.Generator | None = None
 ) -> tuple[SaliencyLearner, Config]:
     """Return a model that was learned before, and the settings with its features and forest."""
     learner = SaliencyLearner.load(

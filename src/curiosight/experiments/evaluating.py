@@ -57,37 +57,38 @@ class CrossValidation:
     tested against ground truth where the recording has any.
     """
 
-    def __init__(self, config: Config, dataset: Dataset, *, n_folds: int, split: SplitKind) -> None:
+    def __init__(
+        self,
+        config: Config,
+        dataset: Dataset,
+        *,
+        n_folds: int,
+        split: SplitKind,
+        teacher: Teacher | None = None,
+    ) -> None:
         self.config = config
         self.dataset = dataset
         rng = np.random.default_rng(config.run.seed)
         self.folds = make_folds(len(dataset), n_folds, split, rng, gap=config.test.gap)
         self.split = split
-        self.teacher: Teacher = make_teacher(config, dataset)
-        self.truth = find_truth(dataset, range(len(dataset)), self.teacher)
+        self.off_line = OffLine(config, dataset, teacher=teacher)
+        self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
         self.scores = MapScores(max_range=config.segmentation.max_range)
-        self.problems = Problems()
+        self.problems = self.off_line.problems
 
     def __len__(self) -> int:
-        """Count the frames that are looked at, to learn or to test."""
-        return sum(len(training) for training, _ in self.folds) + len(self.truth.indices)
+        """Count the frames that are looked at, to learn and to test."""
+        return len(self.dataset) + len(self.truth.indices)
 
     def __iter__(self) -> Iterator[Frame]:
         """Learn and score frame by frame; yield each when it is done."""
-        seeds = np.random.SeedSequence(self.config.run.seed).spawn(len(self.folds))
-        for (training, test), seed in zip(self.folds, seeds, strict=True):
-            off_line = OffLine(
-                self.config,
-                self.dataset,
-                indices=training.tolist(),
-                teacher=self.teacher,
-                seed=seed,
-                problems=self.problems,
-            )
-            yield from off_line
+        yield from self.off_line
+        for training, test in self.folds:
+            learner = self.off_line.fit(training.tolist())
             tested = tuple(index for index in self.truth.indices if index in test)
-            truth = replace(self.truth, teacher=self.teacher, indices=tested)
-            yield from _score(self.scores, off_line.finish(), truth, self.problems)
+            yield from _score(
+                self.scores, learner, replace(self.truth, indices=tested), self.problems
+            )
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""

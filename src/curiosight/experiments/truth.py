@@ -13,7 +13,7 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import place
 from curiosight.frame import Frame, Rgb
-from curiosight.segmentation import Teacher
+from curiosight.learner import Teaches
 
 Labels = npt.NDArray[np.uint8]
 
@@ -25,7 +25,7 @@ class Truth:
     kind: Literal["ground truth", "teacher", "nothing"]
     dataset: Dataset
     indices: tuple[int, ...]
-    teacher: Teacher | None
+    teacher: Teaches | None
 
     def __iter__(self) -> Iterator[tuple[Frame, Labels | None]]:
         """Yield each frame with its (H, W) labels, None where it or its ground truth is bad."""
@@ -52,7 +52,7 @@ class Truth:
         return self.teacher.segment(frame).labels
 
 
-def find_truth(dataset: Dataset, indices: Sequence[int], teacher: Teacher | None) -> Truth:
+def find_truth(dataset: Dataset, indices: Sequence[int], teacher: Teaches | None) -> Truth:
     """Return what the frames can be tested against.
 
     Where any frame has ground truth, only those that have it count; else the teacher's labels
