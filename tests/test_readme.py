@@ -1,0 +1,78 @@
+"""What the README shows is what the program does."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from command import call, succeed
+from recordings import write_folder
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text("utf-8")
+DOCS = [README, *(path.read_text("utf-8") for path in sorted((ROOT / "docs").glob("*.md")))]
+
+
+def block(language: str) -> str:
+    """Return the README's first code block of a language."""
+    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_python_lines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    write_folder(tmp_path / "recording", 8)
+    monkeypatch.chdir(tmp_path)
+    code = block("python")
+    assert "n_steps=200" in code
+    names: dict[str, object] = {}
+    exec(code.replace("n_steps=200", "n_steps=12"), names)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == [str(step) for step in range(12)]
+    saliency = names["saliency"]
+    assert isinstance(saliency, np.ndarray)
+    assert saliency.shape == names["dataset"][0].rgb.shape[:2]  # type: ignore[index]
+    assert saliency.max() > 0.9
+    assert len([line for line in code.splitlines() if line.strip()]) <= 14
+
+
+@pytest.mark.parametrize(
+    "text", DOCS, ids=["README", *sorted(os.listdir(ROOT / "docs"))[: len(DOCS) - 1]]
+)
+def test_commands_and_options_that_are_named_exist(text: str, capsys) -> None:
+    for command, rest in re.findall(
+        r"curiosight (info|segment|explore|learn|map|evaluate)([^`\n]*)", text
+    ):
+        help_text = succeed(capsys, command, "--help").out
+        for option in re.findall(r"--[a-z-]+", rest):
+            assert option in help_text, f"{command} {option}"
+
+
+def test_files_that_are_linked_exist() -> None:
+    for text, folder in [(README, ROOT), *((text, ROOT / "docs") for text in DOCS[1:])]:
+        for link in re.findall(r"\]\(([^)#]+)\)", text):
+            if not link.startswith("http"):
+                assert (folder / link).exists(), link
+
+
+def test_output_is_the_one_that_is_shown(tmp_path: Path, capsys) -> None:
+    """The words exactly, the numbers as far as another processor may differ; times not."""
+    data = os.environ.get("CURIOSIGHT_TEST_DATA")
+    if data is None:
+        pytest.skip("needs CURIOSIGHT_TEST_DATA")
+    kitchen = Path(data) / "data" / "redkitchen"
+    assert kitchen.is_dir(), f"{kitchen} is missing"
+    outcome = call(capsys, "explore", kitchen, "--test-every", 10, "--out", tmp_path / "run")
+    assert outcome.status == 0
+    shown = [line.split("  ") for line in block("")[1:].splitlines() if line.startswith("  ")]
+    made = [line.split("  ") for line in outcome.out.splitlines() if line.startswith("  ")]
+    assert [line[1] for line in made] == [line[1] for line in shown]
+    errors = [
+        float(re.search(r"overall error \(1 - F1\) +([0-9.]+)", text)[1])  # type: ignore[index]
+        for text in (README, outcome.out)
+    ]
+    assert errors[1] == pytest.approx(errors[0], abs=0.05)
