@@ -64,11 +64,16 @@ def test_output_is_the_one_that_is_shown(tmp_path: Path, capsys) -> None:
     assert kitchen.is_dir(), f"{kitchen} is missing"
     outcome = call(capsys, "explore", kitchen, "--test-every", 10, "--out", tmp_path / "run")
     assert outcome.status == 0
-    shown = [line.split("  ") for line in block("")[1:].splitlines() if line.startswith("  ")]
-    made = [line.split("  ") for line in outcome.out.splitlines() if line.startswith("  ")]
-    assert [line[1] for line in made] == [line[1] for line in shown]
+    marked = README.split("<!-- output of: curiosight explore")[1]
+    shown = marked.split("```")[1]
+    names = [
+        [line.split("  ")[1] for line in text.splitlines() if line.startswith("  ")]
+        for text in (shown, outcome.out)
+    ]
+    assert len(names[0]) > 10
+    assert names[0] == names[1]
     errors = [
         float(re.search(r"overall error \(1 - F1\) +([0-9.]+)", text)[1])  # type: ignore[index]
-        for text in (README, outcome.out)
+        for text in (shown, outcome.out)
     ]
     assert errors[1] == pytest.approx(errors[0], abs=0.05)
