@@ -147,6 +147,20 @@ def test_files_that_unpack_to_too_much_are_refused(path, monkeypatch):
         read_archive(path, "model")
 
 
+@pytest.mark.parametrize("compression", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+@pytest.mark.parametrize("is_damaged", [True, False])
+def test_other_compressions_are_refused(path, compression, is_damaged):
+    with zipfile.ZipFile(path, "w", compression) as target:
+        target.writestr("header.json", json.dumps({"format": archive.FORMAT}) * 20)
+    contents = bytearray(path.read_bytes())
+    if is_damaged:
+        start = contents.index(b"header.json") + len("header.json")
+        contents[start : start + 12] = bytes(12)
+    path.write_bytes(contents)
+    with pytest.raises(DataError, match="not a curiosight file, or a damaged one"):
+        read_archive(path, "model")
+
+
 def test_pickled_members_are_refused_though_the_checksum_matches(path, monkeypatch):
     def encode_pickled(name, array):
         buffer = io.BytesIO()

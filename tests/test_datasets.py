@@ -11,9 +11,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curiosight.datasets import Video, check_dataset, open_dataset
+from curiosight.datasets import (
+    Video,
+    check_dataset,
+    open_dataset,
+    osd,
+    seven_scenes,
+    tum_rgbd,
+)
+from curiosight.datasets.camera_file import scaled_camera
 from curiosight.datasets.listing import natural_key
 from curiosight.datasets.trajectory import Trajectory, parse_stamp
+from curiosight.frame import Camera
 from recordings import (
     FIRST_STAMP,
     annotation,
@@ -127,6 +136,35 @@ def test_tum_pairs_within_20_ms_and_keeps_exact_stamps(tmp_path: Path) -> None:
     assert any("default intrinsics" in remark for remark in dataset.remarks)
 
 
+def test_tum_leaves_out_repeated_lines(tmp_path: Path) -> None:
+    write_tum(tmp_path)
+    lines = (tmp_path / "rgb.txt").read_text().splitlines()
+    (tmp_path / "rgb.txt").write_text("\n".join([*lines, lines[1], lines[3], lines[1]]))
+    dataset = open_dataset(tmp_path)
+    assert len(dataset) == 3
+    assert "3 lines of rgb.txt repeat another: left out" in dataset.remarks
+    check_dataset(dataset)
+
+
+@given(
+    st.lists(st.integers(0, 30), min_size=1),
+    st.lists(st.integers(0, 30), min_size=1),
+)
+def test_tum_pairs_as_a_plain_search_does(colour_steps: list[int], depth_steps: list[int]) -> None:
+    # Steps of 5 ms: ties between neighbours, equal stamps and gaps of just 20 ms are frequent.
+    first = 1305031229_000000000
+    colour = [(first + 5_000_000 * step, Path(f"c{step}")) for step in sorted(colour_steps)]
+    depth = sorted(
+        (first + 5_000_000 * step, Path(f"d{number}")) for number, step in enumerate(depth_steps)
+    )
+    expected = []
+    for stamp, rgb in colour:
+        depth_stamp, file = min(depth, key=lambda image: abs(image[0] - stamp))
+        if abs(depth_stamp - stamp) <= 20_000_000:
+            expected.append((stamp, rgb, file))
+    assert tum_rgbd._associate(colour, depth) == expected
+
+
 def test_tum_without_poses(tmp_path: Path) -> None:
     write_tum(tmp_path, with_poses=False)
     assert open_dataset(tmp_path).poses == (None, None, None)
@@ -152,7 +190,7 @@ def test_poses_are_interpolated_only_between_near_neighbours() -> None:
     np.testing.assert_allclose(middle[:2, :2], [[half, -half], [half, half]], atol=1e-12)
 
 
-@given(st.integers(0, 10**10), st.integers(0, 999_999_999))
+@given(st.integers(0, 9 * 10**9), st.integers(0, 999_999_999))
 def test_stamps_are_parsed_without_loss(seconds: int, nanoseconds: int) -> None:
     assert parse_stamp(f"{seconds}.{nanoseconds:09d}") == seconds * 10**9 + nanoseconds
 
@@ -195,13 +233,51 @@ def test_ocid_is_found_below_its_root(tmp_path: Path) -> None:
 
 
 def test_folder_matches_poses_by_stamps_in_names(tmp_path: Path) -> None:
-    write_folder(tmp_path, n_frames=3)
-    lines = (tmp_path / "poses.txt").read_text().splitlines()
-    words = lines[2].split()
-    (tmp_path / "poses.txt").write_text(" ".join(["1.0", *words[1:]]))
+    write_folder(tmp_path, n_frames=10)
+    restamp(tmp_path, [float(index) for index in range(10)], left_out=3)
     dataset = open_dataset(tmp_path)
-    assert [pose is not None for pose in dataset.poses] == [False, True, False]
-    assert dataset[1].stamp_ns == 10**9
+    assert [index for index in range(10) if dataset.poses[index] is None] == [3]
+    expected = poses_around(10)
+    np.testing.assert_allclose(dataset.poses[4], expected[4], atol=1e-6)
+    assert dataset[4].stamp_ns == 4 * 10**9
+    assert dataset.remarks == ()
+
+
+def test_folder_whose_names_count_from_1_takes_poses_in_order(tmp_path: Path) -> None:
+    write_folder(tmp_path, n_frames=10, with_ground_truth=False)
+    for folder in ("rgb", "depth"):
+        for index in reversed(range(10)):
+            file = tmp_path / folder / f"{index:06d}.png"
+            file.rename(file.with_stem(f"{index + 1:06d}"))
+    restamp(tmp_path, [float(index) for index in range(10)])
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids[0] == "000001"
+    for pose, expected in zip(dataset.poses, poses_around(10), strict=True):
+        np.testing.assert_allclose(pose, expected, atol=1e-6)
+    assert dataset.remarks == (
+        "poses.txt is taken line by line: its stamps are not the images' names",
+    )
+
+
+def test_folder_whose_names_are_no_numbers_takes_poses_in_order(tmp_path: Path) -> None:
+    write_folder(tmp_path, with_ground_truth=False)
+    for folder in ("rgb", "depth"):
+        for file in list((tmp_path / folder).iterdir()):
+            file.rename(file.with_stem(f"view{file.stem}"))
+    dataset = open_dataset(tmp_path)
+    assert all(pose is not None for pose in dataset.poses)
+    assert dataset.remarks == ()
+
+
+def restamp(folder: Path, stamps: list[float], *, left_out: int | None = None) -> None:
+    """Give the lines of poses.txt other stamps, and leave one of them out."""
+    lines = (folder / "poses.txt").read_text().splitlines()
+    lines = [
+        " ".join([f"{stamp:.6f}", *line.split()[1:]])
+        for number, (stamp, line) in enumerate(zip(stamps, lines, strict=True))
+        if number != left_out
+    ]
+    (folder / "poses.txt").write_text("\n".join(lines))
 
 
 def test_images_have_no_depth_and_come_in_natural_order(tmp_path: Path) -> None:
@@ -220,6 +296,24 @@ def test_images_have_no_depth_and_come_in_natural_order(tmp_path: Path) -> None:
 def test_natural_order_sorts_numbers_by_value(numbers: list[int]) -> None:
     names = sorted((f"frame{number}b" for number in numbers), key=natural_key)
     assert names == [f"frame{number}b" for number in sorted(numbers)]
+
+
+@pytest.mark.parametrize("size", [(2, 2), (5, 4), (33, 25), (320, 240), (1280, 1024)])
+@pytest.mark.parametrize(
+    "camera",
+    [seven_scenes.DEPTH_CAMERA, tum_rgbd.CAMERA, osd.CAMERA],
+    ids=["7-Scenes", "TUM RGB-D", "OSD"],
+)
+def test_default_cameras_fit_images_of_other_sizes(camera: Camera, size: tuple[int, int]) -> None:
+    scaled = scaled_camera(camera, size)
+    assert (scaled.width, scaled.height) == size
+    np.testing.assert_allclose(scaled.fx / camera.fx, size[0] / 640)
+    window = scaled.depth_window
+    if size >= (33, 25):
+        assert window is not None
+        assert camera.depth_window is not None
+        expected = np.array(camera.depth_window) * np.tile(size, 2) / (640, 480, 640, 480)
+        np.testing.assert_allclose(window, expected, atol=1)
 
 
 def test_video_is_read_in_order_and_back(tmp_path: Path) -> None:

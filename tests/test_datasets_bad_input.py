@@ -217,11 +217,44 @@ def test_tum_without_pairs(tmp_path: Path) -> None:
     assert "within 20 ms" in refusal(tmp_path)
 
 
+def test_two_frames_of_one_name(tmp_path: Path) -> None:
+    write_tum(tmp_path)
+    lines = (tmp_path / "rgb.txt").read_text().splitlines()
+    stamp, name = lines[2].split()
+    shutil.copytree(tmp_path / "rgb", tmp_path / "left")
+    (tmp_path / "rgb.txt").write_text("\n".join([*lines, f"{stamp} {name.replace('rgb', 'left')}"]))
+    message = refusal(tmp_path)
+    assert "two frames are called '1305031229.700000'" in message
+    assert str(tmp_path / "rgb/1305031229.700000.png") in message
+    assert str(tmp_path / "left/1305031229.700000.png") in message
+    assert "give every colour image a name of its own" in message
+
+
+@pytest.mark.parametrize("name", ["rgb", "groundtruth"])
+def test_stamps_in_nanoseconds(name: str, tmp_path: Path) -> None:
+    write_tum(tmp_path)
+    path = tmp_path / f"{name}.txt"
+    path.write_text(path.read_text().replace("1305031229.", "1305031229000"))
+    message = refusal(tmp_path)
+    assert f"{name}.txt" in message
+    assert "in seconds" in message
+
+
+def test_cameras_without_a_common_view(tmp_path: Path) -> None:
+    write_seven_scenes(tmp_path)
+    write_camera_file(tmp_path, kinect(), cx=-500.0)
+    assert "have no view in common" in refusal(tmp_path)
+
+
 def test_poses_that_fit_no_frames(tmp_path: Path) -> None:
     write_folder(tmp_path)
     lines = (tmp_path / "poses.txt").read_text().splitlines()
     (tmp_path / "poses.txt").write_text("\n".join(lines[:2]))
-    assert "holds 2 poses for 3 colour images" in refusal(tmp_path)
+    message = refusal(tmp_path)
+    assert "holds 2 poses for 3 colour images" in message
+    assert "its stamps are the names of none of them" in message
+    (tmp_path / "poses.txt").write_text(" ".join(["1.0", *lines[1].split()[1:]]))
+    assert "its stamps are the names of 1 of them" in refusal(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -232,6 +265,7 @@ def test_poses_that_fit_no_frames(tmp_path: Path) -> None:
         ({"depth_scal": 1}, 'use "depth_scale"?'),
         ({"fx": 0}, "fx is 0; expected a positive number"),
         ({"fy": "525"}, 'fy is "525"'),
+        ({"fy": 10**400}, "expected a positive number"),
         ({"cx": float("nan")}, "cx is NaN"),
         ({"width": 160.5}, "width is 160.5; expected a whole number"),
         ({"height": True}, "height is true"),
@@ -241,7 +275,8 @@ def test_poses_that_fit_no_frames(tmp_path: Path) -> None:
         ({"labels": {"support": [1]}}, "objects_from"),
         ({"labels": {"objects_from": 2, "suport": [1]}}, 'use "support"?'),
         ({"labels": {"objects_from": 2, "ignore": 0}}, "labels.ignore is 0"),
-        ({"depth_window": [0, 0, 170, 100]}, "inside the image"),
+        ({"depth_window": [0, 0, 170, 100]}, "inside the 160x120 image, got (0, 0, 170, 100)"),
+        ({"depth_window": [80, 0, 80, 100]}, "expected u_min < u_max"),
         ({"depth_window": [0, 0]}, "depth_window is [0, 0]"),
     ],
     ids=lambda value: json.dumps(value) if isinstance(value, dict) else "",

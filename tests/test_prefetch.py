@@ -130,6 +130,29 @@ def test_failure_ahead_surfaces_where_the_frame_is_used() -> None:
         assert frames[2].id == "2"
 
 
+def test_frames_in_order_come_while_the_next_three_are_decoded() -> None:
+    dataset = Counting()
+    with Prefetch(dataset) as frames:
+        in_order = frames.in_order([9, 4, 6, 2, 8])
+        assert next(in_order).id == "9"
+        # Nobody asks for these three: the thread decodes them, and no more than them.
+        wait_for(lambda: len(dataset.decoded) == 4)
+        time.sleep(0.02)
+        assert dataset.decoded == [9, 4, 6, 2]
+        assert [frame.id for frame in in_order] == ["4", "6", "2", "8"]
+    assert dataset.decoded == [9, 4, 6, 2, 8]
+
+
+def test_frames_in_order_may_be_none_or_repeat() -> None:
+    dataset = Counting()
+    with Prefetch(dataset) as frames:
+        assert list(frames.in_order([])) == []
+        assert [frame.id for frame in frames.in_order(iter([1, 1, 0, 1]), n_ahead=1)] == list(
+            "1101"
+        )
+    assert dataset.decoded == [1, 0]
+
+
 def test_close_ends_the_thread() -> None:
     frames = Prefetch(Counting())
     frames.expect(range(20))

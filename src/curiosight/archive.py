@@ -30,6 +30,7 @@ FORMAT = "curiosight"
 VERSION = 1
 HEADER_NAME = "header.json"
 MAX_BYTES = 2**31
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 # What zipfile, zlib, json and numpy raise on bytes that are not what they claim to be.
 DAMAGE = (
     zipfile.BadZipFile,
@@ -152,6 +153,10 @@ def _zip(members: Mapping[str, bytes]) -> bytes:
 def _unzip(path: Path) -> dict[str, bytes]:
     """Return the members of a zip, which may unpack to `MAX_BYTES` at most."""
     with zipfile.ZipFile(path) as archive:
-        if sum(info.file_size for info in archive.infolist()) > MAX_BYTES:
+        members = archive.infolist()
+        if sum(info.file_size for info in members) > MAX_BYTES:
             raise zipfile.BadZipFile("unpacks to too many bytes")
-        return {info.filename: archive.read(info) for info in archive.infolist()}
+        # No `.npz` is packed in another way, and each way has errors of its own.
+        if any(info.compress_type not in COMPRESSIONS for info in members):
+            raise zipfile.BadZipFile("is neither stored nor deflated")
+        return {info.filename: archive.read(info) for info in members}

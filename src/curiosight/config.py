@@ -84,10 +84,14 @@ class ExplorerConfig:
 
 @dataclass(frozen=True, slots=True)
 class TestConfig:
-    """What is kept out of learning. every: 0 = nothing; gap: neighbours left out on each side."""
+    """What is kept out of learning, to test on.
+
+    every: 0 = nothing. gap: neighbours left out on each side. max_frames: no more are tested.
+    """
 
     every: int = 0
     gap: int = 3
+    max_frames: int = 200
 
     def __post_init__(self) -> None:
         _check_least("every", self.every, 0)
@@ -147,20 +151,35 @@ def load_config(
 ) -> Config:
     """Return a preset, changed by a TOML file, changed by overrides.
 
-    preset: None = the file's, else `default`.
+    preset: None = the file's, else `default`; one that the file contradicts is refused.
     overrides: "section.key" to value; None values are passed over.
     """
     config = Config.of_preset(preset or "default")
     if path is not None:
         table = _read_toml(path)
         named = _checked(table.pop("preset", config.preset), Preset, path, "preset")
-        config = _updated(Config.of_preset(preset or named), table, path, "")
+        if preset is not None and named != preset:
+            raise ValueError(f"preset: {path} starts from {named!r}; drop one of the two")
+        config = _updated(Config.of_preset(named), table, path, "")
     for name, value in (overrides or {}).items():
         if value is not None:
-            section, key = name.split(".")
+            section, _, key = name.partition(".")
+            if not hasattr(getattr(config, section, None), key):
+                raise ValueError(f"overrides: expected a key like explorer.n_steps, got {name!r}")
             changed = replace(getattr(config, section), **{key: value})
             config = replace(config, **{section: changed})
     return config
+
+
+def with_model(config: Config, learner: LearnerConfig, forest: ForestConfig) -> Config:
+    """Return a config with the settings of a model that was learned before.
+
+    It is called after the preset that the model is of, where it is of one.
+    """
+    made = {preset: Config.of_preset(preset) for preset in PRESETS}
+    matching = [p for p, c in made.items() if (c.learner, c.forest) == (learner, forest)]
+    preset = matching[0] if matching else config.preset
+    return replace(config, preset=preset, learner=learner, forest=forest)
 
 
 def to_toml(config: Config) -> str:

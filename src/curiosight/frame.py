@@ -12,6 +12,9 @@ Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
 Pose = npt.NDArray[np.float64]
 
+# Fused trajectories are written with few digits: 7-Scenes' are off by 4e-4.
+RIGID_TOLERANCE = 1e-2
+
 
 class Label(IntEnum):
     """Grey code of a pixel in the teacher's mask (sec. II-A.2)."""
@@ -27,7 +30,8 @@ class Camera:
     """Intrinsics of a pinhole camera, in pixels.
 
     `depth_window` is the part of the image that the depth sensor's full rectangle covers,
-    (u_min, v_min, u_max, v_max) with exclusive ends; None where it is the whole image.
+    (u_min, v_min, u_max, v_max) with exclusive ends, inside the image and not empty; None
+    where it is the whole image.
     """
 
     width: int
@@ -40,10 +44,18 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("width", "height", "fx", "fy"):
-            if not getattr(self, name) > 0:
+            if not 0 < getattr(self, name) < np.inf:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
         if not (np.isfinite(self.cx) and np.isfinite(self.cy)):
             raise ValueError(f"cx, cy: expected finite pixels, got {self.cx}, {self.cy}")
+        if self.depth_window is None:
+            return
+        u_min, v_min, u_max, v_max = self.depth_window
+        if not (0 <= u_min < u_max <= self.width and 0 <= v_min < v_max <= self.height):
+            raise ValueError(
+                "depth_window: expected u_min < u_max and v_min < v_max inside the "
+                f"{self.width}x{self.height} image, got {self.depth_window}"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +83,7 @@ class Frame:
         rgb = self.rgb
         if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
             raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
+        _check_pose(self.T_world_camera)
         if self.depth is None:
             return
         size = rgb.shape[:2]
@@ -94,3 +107,22 @@ class Viewpoint:
     index: int
     region: int
     T_world_camera: Pose | None = None
+
+
+def is_rigid(pose: Pose) -> bool:
+    """Tell whether a matrix is a finite (4, 4) rotation and translation."""
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        return False
+    rotation = pose[:3, :3]
+    is_orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < RIGID_TOLERANCE
+    is_affine = np.abs(pose[3] - [0, 0, 0, 1]).max() < RIGID_TOLERANCE
+    return bool(is_orthonormal and is_affine and np.linalg.det(rotation) > 0)
+
+
+def _check_pose(pose: Pose | None) -> None:
+    if pose is None:
+        return
+    if np.shape(pose) != (4, 4):
+        raise ValueError(f"T_world_camera: expected (4, 4), got {np.shape(pose)}")
+    if not np.isfinite(pose).all():
+        raise ValueError("T_world_camera: expected finite numbers, got NaN or infinity")

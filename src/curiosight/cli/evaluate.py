@@ -8,7 +8,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.talk import Talk
+from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.datasets import open_dataset
 from curiosight.evaluation import PARTS, MapScores, SplitKind
@@ -32,12 +32,13 @@ def evaluate(
         typer.Option(help="Learn all but one K-th, test on that, K times over.", metavar="K"),
     ] = None,
     split: Annotated[
-        str,
+        str | None,
         typer.Option(
+            show_default="frames",
             help="With --folds: frames = at random (separate scenes), blocks = stretches "
-            "(a moving camera)."
+            "(a moving camera).",
         ),
-    ] = "frames",
+    ] = None,
     ground_truth: options.GroundTruth = None,
     seed: options.Seed = None,
     scene: options.Scene = None,
@@ -68,6 +69,8 @@ def evaluate(
     folder.write_json("metrics.json", metrics)
     _draw(evaluation.scores, folder)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
+    if not evaluation.learner.forest.is_trained:
+        talk.warn(NOTHING_LEARNED)
     if metrics["pooled"]["all"]["roc_auc"] is None:
         talk.warn("no frame shows anything salient, or all of them nothing else: no figures")
     rows = _rows(metrics)
@@ -79,10 +82,12 @@ def _prepare(
     config: Config,
     paths: list[Path],
     folds: int | None,
-    split: str,
+    split: str | None,
     ground_truth: Path | None,
 ) -> Evaluation | CrossValidation:
     if folds is None:
+        if split is not None:
+            raise ValueError("split: expected --folds too, or nothing is split")
         if len(paths) != 2:
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
@@ -91,7 +96,7 @@ def _prepare(
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
     dataset = open_dataset(paths[0], ground_truth=ground_truth)
-    return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split))
+    return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split or "frames"))
 
 
 def _draw(scores: MapScores, folder: OutputFolder) -> None:

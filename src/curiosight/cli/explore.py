@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -115,6 +116,10 @@ def explore(
         raise ValueError("test: expected --test or --test-every, got both")
     if ground_truth is not None and test is None and not settings.test.every:
         raise ValueError("ground-truth: expected --test-every or --test too, or nothing is tested")
+    if gap is not None and not settings.test.every:
+        raise ValueError("gap: expected --test-every too, or there is nothing to keep apart")
+    if test is not None:
+        settings = replace(settings, test=replace(settings.test, every=0))
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
     dataset = open_dataset(source, ground_truth=ground_truth if test is None else None)
     test_source = None if test is None else open_dataset(test, ground_truth=ground_truth)
@@ -128,6 +133,7 @@ def explore(
             summary = run.finish()
             _draw(run, folder, examples)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
+    talk.warn_of(run.test_problems, len(run.truth.indices), "could not be tested on")
     if not run.learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
     talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})

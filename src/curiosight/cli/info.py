@@ -10,7 +10,8 @@ from curiosight.cli import options
 from curiosight.cli.talk import Talk
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset, open_dataset
-from curiosight.experiments.components import choose_regions
+from curiosight.experiments.components import choose_regions, make_teacher
+from curiosight.viewing.live import announce_compilation
 
 
 def info(
@@ -28,7 +29,8 @@ def info(
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {"explorer.regions": regions})
     dataset = open_dataset(source, ground_truth=ground_truth)
-    facts = describe(settings, dataset)
+    with announce_compilation(talk.console):
+        facts = describe(settings, dataset)
     rows = {name.replace("_", " "): value for name, value in facts.items()}
     rows["camera"] = _camera_line(facts["camera"])
     rows["remarks"] = "; ".join(facts["remarks"]) or None
@@ -37,11 +39,12 @@ def info(
 
 
 def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
-    """Return what is known of a recording without decoding more than its first frame."""
+    """Return what is known of a recording; with depth some frames tell which way is up."""
     frame = dataset[0]
     height, width = frame.rgb.shape[:2]
     camera = dataset.camera
-    divided = choose_regions(config, dataset)
+    survey = make_teacher(config, dataset).survey if dataset.has_depth else None
+    divided = choose_regions(config, dataset, survey)
     sizes = [int((divided.of_view == region).sum()) for region in range(divided.n_regions)]
     return {
         "layout": dataset.name,
@@ -51,6 +54,7 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
         "width": width,
         "height": height,
         "depth": dataset.has_depth,
+        "scene": survey.scene if survey is not None else None,
         "camera": camera
         and {
             "fx": camera.fx,

@@ -31,9 +31,10 @@ def learn(
 ) -> None:
     """Learn a whole recording at once: the off-line model, the least error to expect.
 
-    Every frame gives up to 700 labelled pixels; where all together are more than the buffer's
-    100 000, a uniformly random choice of that many is kept. Writes config.toml, model.npz and
-    summary.json. Ctrl-C ends it early: the model then knows the frames up to there.
+    Every frame gives as many labelled pixels (learner.n_pixels; fewer in a very long recording);
+    of all of them a uniformly random choice that fits the buffer (forest.max_samples) is kept.
+    Writes config.toml, model.npz and summary.json. Ctrl-C ends it early: the model then knows the
+    frames up to there.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
@@ -52,7 +53,7 @@ def learn(
                 for _ in ctrl_c.until_pressed(off_line):
                     shown.advance()
             learner = off_line.fit()
-            learner.save(folder.file(MODEL), {"source": dataset.name})
+            learner.save(folder.file(MODEL), {"source": str(source), "layout": dataset.name})
             summary = off_line.summary()
             folder.write_json("summary.json", summary)
     talk.warn_of(off_line.problems, summary["frames"], "taught nothing")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,20 +78,25 @@ def read_camera_file(folder: Path) -> CameraFile | None:
         _check_number(path, key, content[key], is_positive=key not in ("cx", "cy"))
     if content["depth_scale"] > MAX_DEPTH_SCALE:
         raise _wrong(path, "depth_scale", "metres per unit, at most 0.1", content["depth_scale"])
-    camera = Camera(
-        content["width"],
-        content["height"],
-        fx=float(content["fx"]),
-        fy=float(content["fy"]),
-        cx=float(content["cx"]),
-        cy=float(content["cy"]),
-        depth_window=_depth_window(path, content),
+    return CameraFile(
+        _camera(path, content), float(content["depth_scale"]), _labels(path, content.get("labels"))
     )
-    return CameraFile(camera, float(content["depth_scale"]), _labels(path, content.get("labels")))
+
+
+def _camera(path: Path, content: dict[str, Any]) -> Camera:
+    window = _depth_window(path, content.get("depth_window"))
+    fx, fy, cx, cy = (float(content[key]) for key in ("fx", "fy", "cx", "cy"))
+    try:
+        return Camera(content["width"], content["height"], fx, fy, cx, cy, depth_window=window)
+    except ValueError as error:
+        raise DataError(path, f"is no camera ({error})", "correct these numbers") from None
 
 
 def scaled_camera(camera: Camera, size: tuple[int, int]) -> Camera:
-    """Return the intrinsics for another image size (width, height) of the same field of view."""
+    """Return the intrinsics for another image size (width, height) of the same field of view.
+
+    The depth window shrinks to whole pixels; in an image of a few pixels it is given up.
+    """
     width, height = size
     if size == (camera.width, camera.height):
         return camera
@@ -103,6 +109,8 @@ def scaled_camera(camera: Camera, size: tuple[int, int]) -> Camera:
             math.floor(window[2] * ratio_u),
             math.floor(window[3] * ratio_v),
         )
+        if window[0] >= window[2] or window[1] >= window[3]:
+            window = None
     return Camera(
         width,
         height,
@@ -114,18 +122,14 @@ def scaled_camera(camera: Camera, size: tuple[int, int]) -> Camera:
     )
 
 
-def _depth_window(path: Path, content: dict[str, Any]) -> tuple[int, int, int, int] | None:
-    window = content.get("depth_window")
+def _depth_window(path: Path, window: Any) -> tuple[int, int, int, int] | None:
     if window is None:
         return None
-    expected = "[u_min, v_min, u_max, v_max] in pixels inside the image"
     if not isinstance(window, list) or len(window) != 4:
-        raise _wrong(path, "depth_window", expected, window)
+        raise _wrong(path, "depth_window", "[u_min, v_min, u_max, v_max] in pixels", window)
     for edge in window:
         _check_whole(path, "depth_window", edge, minimum=0)
     u_min, v_min, u_max, v_max = window
-    if not (u_min < u_max <= content["width"] and v_min < v_max <= content["height"]):
-        raise _wrong(path, "depth_window", expected, window)
     return u_min, v_min, u_max, v_max
 
 
@@ -164,7 +168,9 @@ def _check_whole(path: Path, key: str, value: Any, *, minimum: int) -> None:
 
 def _check_number(path: Path, key: str, value: Any, *, is_positive: bool) -> None:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(value) or (is_positive and value <= 0):
+    # Compared rather than converted: JSON has whole numbers that no float can hold.
+    is_number = is_number and abs(value) <= sys.float_info.max
+    if not is_number or (is_positive and value <= 0):
         raise _wrong(path, key, "a positive number" if is_positive else "a number", value)
 
 

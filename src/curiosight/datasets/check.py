@@ -7,8 +7,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 import numpy as np
 
 from curiosight.datasets.recording import Dataset
-from curiosight.datasets.trajectory import is_rigid
-from curiosight.frame import Frame, Pose
+from curiosight.frame import Frame, Pose, is_rigid
 
 MEMBERS = (
     *("name", "ids", "poses", "camera", "has_depth", "remarks"),

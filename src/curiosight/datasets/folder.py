@@ -13,6 +13,9 @@ from curiosight.errors import DataError
 
 POSE_FILE = "poses.txt"
 BAD_POSE = f"{POSE_FILE} holds no valid pose for it"
+BY_ORDER = f"{POSE_FILE} is taken line by line: its stamps are not the images' names"
+# A tracker may lose a frame here and there.
+MIN_SHARE_BY_STAMP = 0.9
 
 
 class Folder(Recording):
@@ -35,9 +38,10 @@ class Folder(Recording):
         if not any((path / "depth").glob("*.png")):
             raise DataError(path / "depth", "holds no .png files", "add 16-bit depth images")
         rows: Sequence[int | None] = [None] * len(images)
+        remarks: list[str] = []
         if (path / POSE_FILE).is_file():
             trajectory = read_trajectory(path / POSE_FILE)
-            rows = _match_rows(path / POSE_FILE, trajectory, list(images))
+            rows, remarks = _match_rows(path / POSE_FILE, trajectory, list(images))
             poses = trajectory.poses()
         ground_truth = find_ground_truth(path)
         entries = [
@@ -52,23 +56,35 @@ class Folder(Recording):
             )
             for (id, rgb), row in zip(images.items(), rows, strict=True)
         ]
-        super().__init__(path, entries, calibration.camera, depth_scale=calibration.depth_scale)
-
-
-def _match_rows(path: Path, trajectory: Trajectory, ids: list[str]) -> Sequence[int | None]:
-    """Return each frame's row of the trajectory: by stamp in its name, else by order."""
-    row_of_stamp = {int(stamp): row for row, stamp in enumerate(trajectory.stamps_ns)}
-    rows = [row_of_stamp.get(stamp) for stamp in map(_stamp_of_name, ids) if stamp is not None]
-    if len(rows) == len(ids) and any(row is not None for row in rows):
-        return rows
-    if len(trajectory.stamps_ns) != len(ids):
-        raise DataError(
+        super().__init__(
             path,
-            f"holds {len(trajectory.stamps_ns)} poses for {len(ids)} colour images, "
-            "and its stamps are not the images' names",
-            "give one line a frame, or name the images by their stamps",
+            entries,
+            calibration.camera,
+            depth_scale=calibration.depth_scale,
+            remarks=remarks,
         )
-    return range(len(ids))
+
+
+def _match_rows(
+    path: Path, trajectory: Trajectory, ids: list[str]
+) -> tuple[Sequence[int | None], list[str]]:
+    """Return each frame's row of the trajectory, by stamp in its name or by order; remarks."""
+    row_of_stamp = {int(stamp): row for row, stamp in enumerate(trajectory.stamps_ns)}
+    stamps = [_stamp_of_name(id) for id in ids]
+    rows = [None if stamp is None else row_of_stamp.get(stamp) for stamp in stamps]
+    n_poses, n_matched = len(trajectory.stamps_ns), len(ids) - rows.count(None)
+    # Names that count from 1 meet nearly all stamps that count from 0, each the wrong one.
+    may_be_shifted = n_poses == len(ids) and all(id.isdecimal() for id in ids)
+    if n_matched >= len(ids) * (1.0 if may_be_shifted else MIN_SHARE_BY_STAMP):
+        return rows, []
+    if n_poses == len(ids):
+        return range(len(ids)), [] if None in stamps else [BY_ORDER]
+    raise DataError(
+        path,
+        f"holds {n_poses} poses for {len(ids)} colour images, "
+        f"and its stamps are the names of {n_matched or 'none'} of them",
+        "give one line a frame, or name the images by their stamps",
+    )
 
 
 def _stamp_of_name(id: str) -> int | None:

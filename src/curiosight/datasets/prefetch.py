@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Self
 
@@ -78,6 +78,14 @@ class Prefetch:
         with self._changed:
             self._keep(index, frame)
         return frame
+
+    def in_order(self, indices: Iterable[int], *, n_ahead: int = 3) -> Iterator[Frame]:
+        """Yield the frames asked for, in order; the next `n_ahead` are decoded meanwhile."""
+        in_turn = list(indices)
+        for turn, index in enumerate(in_turn, start=1):
+            frame = self[index]
+            self.expect(in_turn[turn : turn + n_ahead])
+            yield frame
 
     def close(self) -> None:
         """Stop decoding ahead and free the memory; frames can still be asked for."""

@@ -100,6 +100,7 @@ class Recording:
         label_values: LabelValues = GROUND_TRUTH_VALUES,
         remarks: Sequence[str] = (),
     ) -> None:
+        check_unique_ids(path, entries)
         self.path = path
         self.entries = tuple(entries)
         self.camera = camera
@@ -203,6 +204,16 @@ class Recording:
         except UnreadableFile as fault:
             problems.append(str(fault))
             return None
+
+
+def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
+    """Raise `DataError` where two frames have the same id: their outputs would be one file."""
+    rgb_of_id: dict[str, Path] = {}
+    for entry in entries:
+        if entry.id in rgb_of_id:
+            found = f"two frames are called '{entry.id}', {rgb_of_id[entry.id]} and {entry.rgb}"
+            raise DataError(path, found, "give every colour image a name of its own")
+        rgb_of_id[entry.id] = entry.rgb
 
 
 def image_size(path: Path, images: Sequence[Path]) -> tuple[int, int]:

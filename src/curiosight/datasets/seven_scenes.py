@@ -19,6 +19,7 @@ from curiosight.datasets.recording import (
 )
 from curiosight.datasets.registration import covered_window, register_depth
 from curiosight.datasets.trajectory import read_pose
+from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Pose
 
 # The depth intrinsics are the data set's own. Its makers publish none for the colour camera:
@@ -53,13 +54,10 @@ class SevenScenes(Recording):
             scaled_camera(COLOUR_CAMERA, size), MILLIMETRE
         )
         self.depth_camera = scaled_camera(DEPTH_CAMERA, depth_size or size)
-        window = calibration.camera.depth_window or covered_window(
-            self.depth_camera, calibration.camera, _T_colour_depth()
-        )
         super().__init__(
             path,
             entries,
-            replace(calibration.camera, depth_window=window),
+            _with_window(path, calibration.camera, self.depth_camera),
             depth_scale=calibration.depth_scale,
         )
 
@@ -74,6 +72,18 @@ class SevenScenes(Recording):
 
 def _sequences(path: Path) -> dict[str, Path]:
     return find_sequences(path, _holds_frames, levels=1, pattern="seq*")
+
+
+def _with_window(path: Path, camera: Camera, depth_camera: Camera) -> Camera:
+    """Add what the depth camera covers of the colour image, unless a window is given."""
+    if camera.depth_window is not None:
+        return camera
+    window = covered_window(depth_camera, camera, _T_colour_depth())
+    try:
+        return replace(camera, depth_window=window)
+    except ValueError as error:
+        found = f"its colour and depth cameras have no view in common ({error})"
+        raise DataError(path, found, "correct camera.json") from None
 
 
 def _holds_frames(folder: Path) -> bool:

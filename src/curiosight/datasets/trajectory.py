@@ -13,12 +13,11 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
-from curiosight.frame import Pose
+from curiosight.frame import Pose, is_rigid
 
-# Fused trajectories are written with few digits: 7-Scenes' are off by 4e-4.
-RIGID_TOLERANCE = 1e-2
 MAX_GAP_NS = 500_000_000
 NS_PER_SECOND = 1_000_000_000
+MAX_STAMP_NS = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,16 +78,6 @@ class Trajectory:
         return poses
 
 
-def is_rigid(pose: npt.NDArray[np.float64]) -> bool:
-    """Tell whether a matrix is a finite (4, 4) rotation and translation."""
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        return False
-    rotation = pose[:3, :3]
-    is_orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < RIGID_TOLERANCE
-    is_affine = np.abs(pose[3] - [0, 0, 0, 1]).max() < RIGID_TOLERANCE
-    return bool(is_orthonormal and is_affine and np.linalg.det(rotation) > 0)
-
-
 def read_pose(path: Path) -> Pose:
     """Read a 4x4 matrix; raise `UnreadableFile` where it is no rigid pose."""
     try:
@@ -108,7 +97,7 @@ def read_pose(path: Path) -> Pose:
 
 
 def parse_stamp(text: str) -> int:
-    """Turn seconds into nanoseconds exactly, as floats cannot; ValueError if not a number.
+    """Turn seconds into nanoseconds exactly, as floats cannot; ValueError if no such time.
 
     >>> parse_stamp("1305031229.528748")
     1305031229528748000
@@ -116,7 +105,10 @@ def parse_stamp(text: str) -> int:
     match = re.fullmatch(r"(\d+)(?:\.(\d*))?", text)
     if match is None:
         raise ValueError(f"text: expected seconds such as 1305031229.528748, got {text!r}")
-    return int(match[1]) * NS_PER_SECOND + int((match[2] or "")[:9].ljust(9, "0"))
+    stamp_ns = int(match[1]) * NS_PER_SECOND + int((match[2] or "")[:9].ljust(9, "0"))
+    if stamp_ns > MAX_STAMP_NS:
+        raise ValueError(f"text: expected seconds, got {text!r}: are these nanoseconds?")
+    return stamp_ns
 
 
 def table_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -143,7 +135,7 @@ def read_trajectory(path: Path) -> Trajectory:
             raise DataError(
                 path,
                 f'line {number} is "{" ".join(words)[:60]}"',
-                "expected: stamp tx ty tz qx qy qz qw",
+                "expected: stamp tx ty tz qx qy qz qw, the stamp in seconds",
             ) from None
     if not rows:
         raise DataError(path, "holds no poses", "fill it or delete it")

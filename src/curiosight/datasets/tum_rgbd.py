@@ -31,7 +31,8 @@ class TumRgbd(Recording):
         return (path / "rgb.txt").is_file() and (path / "depth.txt").is_file()
 
     def __init__(self, path: Path) -> None:
-        colour, depth = _read_list(path / "rgb.txt"), _read_list(path / "depth.txt")
+        listed, depth = _read_list(path / "rgb.txt"), _read_list(path / "depth.txt")
+        colour = sorted(set(listed))
         pairs = _associate(colour, depth)
         if not pairs:
             raise DataError(
@@ -40,6 +41,9 @@ class TumRgbd(Recording):
                 "check the stamps in rgb.txt and depth.txt",
             )
         remarks = []
+        if len(colour) < len(listed):
+            n_repeated = len(listed) - len(colour)
+            remarks.append(f"{n_repeated} lines of rgb.txt repeat another: left out")
         if len(pairs) < len(colour):
             n_left_out = len(colour) - len(pairs)
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
@@ -80,13 +84,20 @@ def _associate(
     colour: list[tuple[int, Path]], depth: list[tuple[int, Path]]
 ) -> list[tuple[int, Path, Path]]:
     """Pair every colour image with the depth image nearest in time, within 20 ms."""
-    depth_stamps = np.array([stamp for stamp, _ in depth], np.int64)
-    pairs = []
-    for stamp, rgb in colour:
-        nearest = int(np.abs(depth_stamps - stamp).argmin())
-        if abs(depth_stamps[nearest] - stamp) <= MAX_OFFSET_NS:
-            pairs.append((stamp, rgb, depth[nearest][1]))
-    return pairs
+    listed = np.array([stamp for stamp, _ in depth], np.int64)
+    stamps, first = np.unique(listed, return_index=True)
+    wanted = np.array([stamp for stamp, _ in colour], np.int64)
+    after = np.searchsorted(stamps, wanted).clip(max=len(stamps) - 1)
+    before = (after - 1).clip(min=0)
+    # Of two depth images equally near, the earlier one.
+    is_before = np.abs(stamps[before] - wanted) <= np.abs(stamps[after] - wanted)
+    nearest = np.where(is_before, before, after)
+    is_near = np.abs(stamps[nearest] - wanted) <= MAX_OFFSET_NS
+    return [
+        (stamp, rgb, depth[row][1])
+        for (stamp, rgb), row, is_pair in zip(colour, first[nearest], is_near, strict=True)
+        if is_pair
+    ]
 
 
 def _entries(path: Path, pairs: list[tuple[int, Path, Path]], remarks: list[str]) -> list[Entry]:

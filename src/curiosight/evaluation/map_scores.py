@@ -13,6 +13,7 @@ from curiosight.metrics import Ranking, Scores
 
 Mask = npt.NDArray[np.bool_]
 
+LEVELS = 65535
 # Pixels by what the teacher could say of them.
 PARTS = ("all", "unknown", "unavailable", "beyond_range")
 
@@ -21,7 +22,7 @@ PARTS = ("all", "unknown", "unavailable", "beyond_range")
 class FrameScore:
     """The agreement in one frame; None where it has no salient or no other pixel.
 
-    error: 1 - F1 at a threshold of 0.5 (eq. 1).
+    f1: at 0.5. error: 1 - F1 at the learner's own threshold (eq. 1).
     """
 
     roc_auc: float | None
@@ -35,11 +36,13 @@ class MapScores:
     """Collect saliency maps with their truth, frame by frame.
 
     max_range: metres of depth; what lies beyond is scored apart too.
+    threshold: above which a pixel is predicted salient, for the error.
     frames: what was added, in order: the id and the scores of each part, one of `PARTS`.
     """
 
-    def __init__(self, *, max_range: float = 4.0) -> None:
+    def __init__(self, *, max_range: float = 4.0, threshold: float = 0.5) -> None:
         self._max_range = max_range
+        self._threshold = threshold
         self._pools = {part: Scores() for part in PARTS}
         self.frames: list[tuple[str, dict[str, FrameScore]]] = []
 
@@ -57,10 +60,12 @@ class MapScores:
         depth: metres, to score apart what lies beyond its range.
         """
         is_salient = truth == Label.SALIENT
+        # 16 bits are finer than any use of a map, and bound the memory of a long recording.
+        saliency = np.rint(saliency * LEVELS).astype(np.float32) / np.float32(LEVELS)
         scores = {}
         for part, mask in self._parts(truth, labels, depth).items():
             self._pools[part].add(saliency, is_salient, mask)
-            scores[part] = _score_frame(saliency, is_salient, mask)
+            scores[part] = _score_frame(saliency, is_salient, mask, self._threshold)
         self.frames.append((id, scores))
 
     def _parts(
@@ -105,16 +110,19 @@ class MapScores:
         return means | {"overall_error": _mean([score.error for score in scores])}
 
 
-def _score_frame(saliency: npt.NDArray[np.float32], is_salient: Mask, mask: Mask) -> FrameScore:
+def _score_frame(
+    saliency: npt.NDArray[np.float32], is_salient: Mask, mask: Mask, threshold: float
+) -> FrameScore:
     scores = Scores()
     scores.add(saliency, is_salient, mask)
     ranking = scores.ranking()
+    f1 = ranking.f1 if threshold == 0.5 else scores.ranking(threshold=threshold).f1
     return FrameScore(
         ranking.roc_auc,
         ranking.average_precision,
         ranking.best_f1,
         ranking.f1,
-        None if ranking.f1 is None else 1 - ranking.f1,
+        None if f1 is None else 1 - f1,
     )
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from curiosight.config import Config, ForestConfig, LearnerConfig
+from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
@@ -105,16 +104,16 @@ def load_learner(
         path, teacher, seed=config.run.seed if rng is None else rng, n_threads=config.run.n_threads
     )
     forest = learner.forest
-    return learner, replace(
+    return learner, with_model(
         config,
-        learner=LearnerConfig(
+        LearnerConfig(
             rows_per=learner.rows_per,
             colour_space=learner.colour_space,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
             threshold=learner.threshold,
         ),
-        forest=ForestConfig(
+        ForestConfig(
             n_trees=forest.n_trees,
             n_regrown=forest.n_regrown,
             share=forest.share,

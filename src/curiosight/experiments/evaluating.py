@@ -32,10 +32,13 @@ class Evaluation:
     """
 
     def __init__(self, config: Config, model: Path, dataset: Dataset) -> None:
+        self._model = model
         self.learner, self.config = load_learner(model, config, None)
         teacher = make_teacher(config, dataset) if dataset.has_depth else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
-        self.scores = MapScores(max_range=config.segmentation.max_range)
+        self.scores = MapScores(
+            max_range=config.segmentation.max_range, threshold=self.learner.threshold
+        )
         self.problems = Problems()
 
     def __len__(self) -> int:
@@ -47,7 +50,12 @@ class Evaluation:
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
-        return {"truth": self.truth.kind, **_checked(self.scores, self.truth.dataset)}
+        return {
+            "model": str(self._model),
+            "source": place(self.truth.dataset),
+            "truth": self.truth.kind,
+            **_checked(self.scores, self.truth.dataset),
+        }
 
 
 class CrossValidation:
@@ -73,8 +81,15 @@ class CrossValidation:
         self.split = split
         self.off_line = OffLine(config, dataset, teacher=teacher)
         self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
-        self.scores = MapScores(max_range=config.segmentation.max_range)
+        self.scores = MapScores(
+            max_range=config.segmentation.max_range, threshold=self.learner.threshold
+        )
         self.problems = self.off_line.problems
+
+    @property
+    def learner(self) -> SaliencyLearner:
+        """The model, as the last fold left it."""
+        return self.off_line.learner
 
     def __len__(self) -> int:
         """Count the frames that are looked at, to learn and to test."""
@@ -85,7 +100,7 @@ class CrossValidation:
         yield from self.off_line
         for training, test in self.folds:
             learner = self.off_line.fit(training.tolist())
-            tested = tuple(index for index in self.truth.indices if index in test)
+            tested = tuple(sorted(set(self.truth.indices) & set(test.tolist())))
             yield from _score(
                 self.scores, learner, replace(self.truth, indices=tested), self.problems
             )
@@ -93,6 +108,7 @@ class CrossValidation:
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
         return {
+            "source": place(self.dataset),
             "truth": self.truth.kind,
             "folds": len(self.folds),
             "split": self.split,

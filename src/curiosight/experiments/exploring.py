@@ -86,7 +86,8 @@ class Exploration:
         self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
         self.world.upcoming = self._strategy.upcoming
         self.truth = self._find_truth(test_source, test)
-        self.held_out = HeldOut(self.learner, self.truth.labelled_frames())
+        self.test_problems = Problems()
+        self.held_out = HeldOut(self.learner, self.truth.labelled_frames(self.test_problems))
         self.stopwatch = self._watch()
         self._odometer = Odometer()
         out.write_text("config.toml", to_toml(config))
@@ -108,18 +109,21 @@ class Exploration:
         self._steps_file.close()
         self._times_file.close()
         self.world.close()
-        self.learner.save(self.out.file(MODEL), {"source": self.dataset.name})
+        self.learner.save(
+            self.out.file(MODEL), {"source": place(self.dataset), "layout": self.dataset.name}
+        )
         summary = self._summary()
         self.out.write_json("summary.json", summary)
         return summary
 
     def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
+        max_frames = self.config.test.max_frames
         if test_source is None:
-            return find_truth(self.dataset, test, self.teacher)
-        teacher = None
-        if not any(map(test_source.has_ground_truth, range(len(test_source)))):
-            teacher = make_teacher(self.config, test_source)
-        return find_truth(test_source, range(len(test_source)), teacher)
+            return find_truth(self.dataset, test, self.teacher, max_frames=max_frames)
+        everything = range(len(test_source))
+        has_truth = any(map(test_source.has_ground_truth, everything))
+        teacher = None if has_truth else make_teacher(self.config, test_source)
+        return find_truth(test_source, everything, teacher, max_frames=max_frames)
 
     def _watch(self) -> Stopwatch:
         stopwatch = Stopwatch()
@@ -143,7 +147,7 @@ class Exploration:
             samples=self.learner.forest.n_samples,
             metres=self._odometer.metres,
             degrees=self._odometer.degrees,
-            overall_error=self.held_out.overall_error(observation.regrown if self.rows else None),
+            overall_error=self.held_out.overall_error(observation.regrown),
         )
 
     def _summary(self) -> dict[str, Any]:
@@ -168,6 +172,7 @@ class Exploration:
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),
+            "test_problems": self.test_problems.counts(),
             "stages": self.stopwatch.summary(),
             "seconds": round(time.perf_counter() - self._started, 2),
         }

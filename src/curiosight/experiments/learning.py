@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,31 +18,34 @@ from curiosight.frame import Frame
 from curiosight.learner import SaliencyLearner, fit_labels
 from curiosight.segmentation import Teacher
 
+SPARE = 4
 Samples = tuple[Rows, npt.NDArray[np.bool_]]
 
 
 class OffLine:
     """The off-line model: each frame is sampled once, then every tree grows at once.
 
-    A frame gives up to `learner.n_pixels` labelled pixels. Where all frames together give more
-    than `forest.max_samples`, a uniformly random choice of that many is kept, so that every
-    frame counts alike.
+    A frame gives up to `learner.n_pixels` labelled pixels; fewer, all alike, where the frames
+    together would give more than `SPARE` times what the buffer holds. Of those a uniformly
+    random choice of `forest.max_samples` is kept. So every frame counts alike, and memory stays
+    the same however long the recording is.
     """
 
     def __init__(self, config: Config, dataset: Dataset, *, teacher: Teacher | None = None) -> None:
         self.config = config
         self.dataset = dataset
         self.teacher = teacher or make_teacher(config, dataset)
-        self.learner: SaliencyLearner = make_learner(config, self.teacher)
+        spare = SPARE * config.forest.max_samples // len(dataset)
+        n_pixels = max(1, min(config.learner.n_pixels, spare))
+        sparing = replace(config, learner=replace(config.learner, n_pixels=n_pixels))
+        self.learner: SaliencyLearner = make_learner(sparing, self.teacher)
         self.problems = Problems()
         self._samples: dict[int, Samples] = {}
 
     def __iter__(self) -> Iterator[Frame]:
         """Sample each frame; yield it when its samples are taken."""
         with Prefetch(self.dataset, memory_mb=self.config.run.memory_mb) as frames:
-            for index in range(len(self.dataset)):
-                frame = frames[index]
-                frames.expect(range(index + 1, min(index + 4, len(self.dataset))))
+            for index, frame in enumerate(frames.in_order(range(len(self.dataset)))):
                 self._samples[index] = self._sample(frame)
                 yield frame
 

@@ -21,9 +21,7 @@ def map_recording(
     Writes <id>.png, 8 bit, of the colour image's size: 255 is a saliency of 1.
     """
     with Prefetch(dataset, memory_mb=config.run.memory_mb) as frames:
-        for index in range(len(dataset)):
-            frame = frames[index]
-            frames.expect(range(index + 1, min(index + 4, len(dataset))))
+        for frame in frames.in_order(range(len(dataset))):
             saliency, problem = _map(learner, frame)
             if saliency is not None:
                 out.write_image(f"{frame.id}.png", np.rint(255 * saliency).astype(np.uint8))

@@ -27,7 +27,7 @@ class OutputFolder:
 
     path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
         is refused unless `overwrite`; then files of the same names are replaced.
-    source: the recording that is read, whose files are never replaced.
+    source: the recording that is read; nothing is written into it but a new `runs` folder.
     """
 
     def __init__(
@@ -37,8 +37,11 @@ class OutputFolder:
         self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
         self._is_made = False
         with writing(self.path):
+            if path is not None and path.resolve().is_relative_to(source.resolve()):
+                found = "lies inside the recording, which stays as it is"
+                raise DataError(path, found, "choose an --out elsewhere")
             if self.path.exists():
-                self._check_existing(source, overwrite)
+                self._check_existing(overwrite)
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file, completely or not at all."""
@@ -67,7 +70,7 @@ class OutputFolder:
             path.parent.mkdir(parents=True, exist_ok=True)
         return path
 
-    def _check_existing(self, source: Path, overwrite: bool) -> None:
+    def _check_existing(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise DataError(self.path, "is a file", "choose a folder for --out")
         if not any(self.path.iterdir()):
@@ -75,9 +78,6 @@ class OutputFolder:
         if not overwrite:
             remedy = "choose another --out, or add --overwrite"
             raise DataError(self.path, "exists and is not empty", remedy)
-        if self.path.resolve().is_relative_to(source.resolve()):
-            found = "is part of the recording, whose files are not overwritten"
-            raise DataError(self.path, found, "choose an --out elsewhere")
 
 
 class TableFile:

@@ -43,9 +43,7 @@ class Segmenting:
         Labels are 8 bit, the codes of `Label`; instances are 16 bit, 0 = none.
         """
         with Prefetch(self._dataset, memory_mb=self._memory_mb) as frames:
-            for turn, index in enumerate(self.indices):
-                frame = frames[index]
-                frames.expect(self.indices[turn + 1 : turn + 4])
+            for frame in frames.in_order(self.indices):
                 segmentation = self._teacher.segment(frame)
                 self._out.write_image(f"labels/{frame.id}.png", segmentation.labels)
                 instances = segmentation.instances()

@@ -9,39 +9,52 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets import Dataset
+from curiosight.datasets import Dataset, Prefetch
 from curiosight.errors import DataError
 from curiosight.experiments.components import place
+from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame, Rgb
 from curiosight.learner import Teaches
 
 Labels = npt.NDArray[np.uint8]
+Kind = Literal["ground truth", "teacher", "nothing"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
     """The frames of a recording to test on, and where their labels come from."""
 
-    kind: Literal["ground truth", "teacher", "nothing"]
+    kind: Kind
     dataset: Dataset
     indices: tuple[int, ...]
     teacher: Teaches | None
 
     def __iter__(self) -> Iterator[tuple[Frame, Labels | None]]:
         """Yield each frame with its (H, W) labels, None where it or its ground truth is bad."""
-        for index in self.indices:
-            frame = self.dataset[index]
-            labels = None
-            if frame.problem is None:
-                try:
-                    labels = self._labels(index, frame)
-                except DataError as error:
-                    frame = replace(frame, problem=f"ground truth: {error.found}")
-            yield frame, labels
+        with Prefetch(self.dataset) as frames:
+            for index, frame in zip(self.indices, frames.in_order(self.indices), strict=True):
+                labels = None
+                if frame.problem is None:
+                    try:
+                        labels = self._labels(index, frame)
+                    except DataError as error:
+                        frame = replace(frame, problem=f"ground truth: {error.found}")
+                yield frame, labels
 
-    def labelled_frames(self) -> Iterator[tuple[Rgb, Labels]]:
-        """Yield images and labels of the usable frames."""
-        return ((frame.rgb, labels) for frame, labels in self if labels is not None)
+    def labelled_frames(self, problems: Problems) -> Iterator[tuple[Rgb, Labels]]:
+        """Yield images and labels of the usable frames; note what is wrong with the others.
+
+        Raises `DataError` at the end where not one frame could be used.
+        """
+        n_usable = 0
+        for frame, labels in self:
+            problems.add(frame)
+            if labels is not None:
+                n_usable += 1
+                yield frame.rgb, labels
+        if self.indices and not n_usable:
+            sentence = next(problems.sentences(len(self.indices), "cannot be tested on"), "")
+            raise DataError(place(self.dataset), sentence, "mend them, or test on others")
 
     def _labels(self, index: int, frame: Frame) -> Labels:
         if self.kind == "ground truth":
@@ -52,18 +65,26 @@ class Truth:
         return self.teacher.segment(frame).labels
 
 
-def find_truth(dataset: Dataset, indices: Sequence[int], teacher: Teaches | None) -> Truth:
+def find_truth(
+    dataset: Dataset,
+    indices: Sequence[int],
+    teacher: Teaches | None,
+    *,
+    max_frames: int | None = None,
+) -> Truth:
     """Return what the frames can be tested against.
 
     Where any frame has ground truth, only those that have it count; else the teacher's labels
-    stand in.
+    stand in. max_frames: of more, that many are taken, evenly spread; None = all.
     """
-    with_truth = tuple(index for index in indices if dataset.has_ground_truth(index))
-    if with_truth:
-        return Truth("ground truth", dataset, with_truth, teacher)
     if not len(indices):
         return Truth("nothing", dataset, (), None)
-    if teacher is None:
+    with_truth = [index for index in indices if dataset.has_ground_truth(index)]
+    if not with_truth and teacher is None:
         found = "has neither ground truth nor depth to compare with"
         raise DataError(place(dataset), found, "give --ground-truth")
-    return Truth("teacher", dataset, tuple(indices), teacher)
+    chosen = with_truth or indices
+    n_kept = len(chosen) if max_frames is None else min(len(chosen), max_frames)
+    spread = np.linspace(0, len(chosen) - 1, n_kept).astype(int)
+    kind: Kind = "ground truth" if with_truth else "teacher"
+    return Truth(kind, dataset, tuple(int(chosen[i]) for i in spread), teacher)

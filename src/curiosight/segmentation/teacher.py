@@ -81,19 +81,19 @@ class Teacher:
 
         A frame with a problem teaches nothing: what it shows may not be what is there.
         """
+        max_range = self.settings.max_range
         if frame.depth is None or frame.camera is None:
             shape = frame.rgb.shape[:2]
-            return _nothing(
-                np.full(shape, np.nan, np.float32), frame.problem or "the frame has no depth"
-            )
+            nowhere = np.full(shape, np.nan, np.float32)
+            return _nothing(nowhere, max_range, frame.problem or "the frame has no depth")
         if frame.problem is not None:
-            return _nothing(frame.depth, frame.problem)
+            return _nothing(frame.depth, max_range, frame.problem)
         if not np.isfinite(frame.depth).any():
-            return _nothing(frame.depth, "the depth image has no reading")
+            return _nothing(frame.depth, max_range, "the depth image has no reading")
         points = observe_points(frame.depth, frame.camera)
         supports = self._supports(points, frame)
         if not any(support.plane.inliers.any() for support in supports):
-            return _nothing(frame.depth, "no support plane is in view")
+            return _nothing(frame.depth, max_range, "no support plane is in view")
         return _label(frame.depth, frame.camera, points, supports, self.settings)
 
     def _supports(self, points: Points, frame: Frame) -> list[Support]:
@@ -123,8 +123,8 @@ class Teacher:
         return first if scene == "table" else []
 
 
-def _nothing(depth: Array, problem: str) -> Segmentation:
-    labels = np.where(np.isnan(depth), Label.UNAVAILABLE, Label.UNKNOWN).astype(np.uint8)
+def _nothing(depth: Array, max_range: float, problem: str) -> Segmentation:
+    labels = np.where(depth <= max_range, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
     return Segmentation.of_labels(labels, problem)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curiosight.frame import Frame, Pose, Viewpoint
+from curiosight.frame import Frame, Viewpoint, is_rigid
 from curiosight.worlds.world import World
 
 
@@ -22,7 +22,7 @@ def check_world(world: World, *, n_captures: int = 3) -> None:
     for view in views:
         if view.region < -1:
             raise ValueError(f"views: expected region -1 or more, got {view.region}")
-        if view.T_world_camera is not None and not _is_rigid(view.T_world_camera):
+        if view.T_world_camera is not None and not is_rigid(view.T_world_camera):
             raise ValueError(f"views: expected a rigid pose at viewpoint {view.index}")
     for number in np.linspace(0, len(views) - 1, n_captures).astype(int):
         _check_frame(world.capture(views[number]), views[number])
@@ -34,12 +34,3 @@ def _check_frame(frame: object, view: Viewpoint) -> None:
     poses = (frame.T_world_camera, view.T_world_camera)
     if poses[0] is not None and poses[1] is not None and not np.allclose(poses[0], poses[1]):
         raise ValueError(f"capture: expected viewpoint {view.index}'s pose in its frame")
-
-
-def _is_rigid(pose: Pose) -> bool:
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        return False
-    rotation = pose[:3, :3]
-    is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3)
-    is_affine = np.allclose(pose[3], (0, 0, 0, 1))
-    return bool(is_rotation and is_affine and np.linalg.det(rotation) > 0)
