@@ -6,10 +6,11 @@ SOURCE ?=
 
 .PHONY: demo test lint format clean
 
-demo: .venv/installed
+demo:
 	@test -n "$(SOURCE)" || { \
 	  echo "make demo explores a recording of yours: make demo SOURCE=folder"; \
 	  echo "(7-Scenes, TUM RGB-D, OSD, or rgb/ depth/ camera.json)"; exit 2; }
+	@$(MAKE) --no-print-directory .venv/installed
 	$(BIN)/curiosight explore "$(SOURCE)" --test-every 10
 
 test: .venv/installed-dev
@@ -28,14 +29,16 @@ clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist
 
 .venv/bin/python:
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "curiosight needs Python 3.11 or newer; name one: make PYTHON=python3.11"; exit 1; }
-	$(PYTHON) -m venv .venv
+	@$(PYTHON) -m venv .venv
 
 .venv/installed: .venv/bin/python pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check -e .
+	@echo "Installing curiosight into .venv …"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e .
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@echo "Installing curiosight and its tests into .venv …"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $@ .venv/installed

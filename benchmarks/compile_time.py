@@ -5,6 +5,7 @@ python benchmarks/compile_time.py
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
@@ -54,6 +55,7 @@ print(f"{sum(spent.values()):6.2f} s  all {len(spent)} kernels")
 
 def main() -> None:
     """Run the probe in a process of its own with an empty cache."""
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
         subprocess.run([sys.executable, "-c", PROBE], env=environment, check=True)

@@ -113,7 +113,7 @@ def test_bad_test_frames_are_told(source: Path, out: Path, capsys: Capsys) -> No
     truncate(source / "depth/000002.png")
     options = ("--test-every", 2, "--gap", 0, "--steps", 2)
     outcome = succeed(capsys, "explore", source, *options, "--out", out)
-    assert "without 1 frame, bad or with nothing salient in view" in outcome.err
+    assert "without 1 test frame: bad, or nothing salient in view" in outcome.err
     assert json.loads((out / "summary.json").read_text())["test_frames"] == 1
 
 

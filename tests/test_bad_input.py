@@ -284,7 +284,7 @@ def test_recording_is_never_overwritten(
 ) -> None:
     before = {path: path.read_bytes() for path in source.rglob("*") if path.is_file()}
     line = refusal(capsys, "map", model, source, "--out", source / folder, "--overwrite")
-    assert "is part of the recording" in line
+    assert "lies inside the recording" in line
     assert before == {path: path.read_bytes() for path in source.rglob("*") if path.is_file()}
 
 

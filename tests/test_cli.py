@@ -102,7 +102,7 @@ def test_learn_says_how_samples_are_capped(room: Path, tmp_path: Path, capsys: C
     (tmp_path / "few.toml").write_text("[forest]\nmax_samples = 1000")
     config = ("--config", tmp_path / "few.toml")
     shown = succeed(capsys, "learn", room, *config, "--out", tmp_path / "out").out
-    assert "1000 of 5600, chosen at random" in shown
+    assert "1000 of 4000, chosen at random" in shown
 
 
 def test_map_finds_in_colour_what_depth_taught(

@@ -120,9 +120,15 @@ def test_flags_go_over_the_file_and_the_file_over_the_preset(write) -> None:
     assert (config.forest.n_trees, config.forest.max_depth) == (9, 5)
     assert config.forest.share == 0.7
     assert (config.preset, config.learner.rows_per) == ("paper", "pixel")
-    config = load_config("default", path)
-    assert (config.preset, config.learner.rows_per) == ("default", "superpixel")
-    assert config.forest.max_depth == 5
+    assert load_config("paper", path) == load_config(path=path)
+    with pytest.raises(ValueError, match=r"preset: .* starts from 'paper'; drop one"):
+        load_config("default", path)
+
+
+@pytest.mark.parametrize("name", ["explorer.stratgy", "explor.n_steps", "n_steps"])
+def test_overrides_must_name_a_setting(name: str) -> None:
+    with pytest.raises(ValueError, match="overrides: expected a key like"):
+        load_config(overrides={name: 1})
 
 
 def test_without_anything_it_is_the_default_preset(write) -> None:

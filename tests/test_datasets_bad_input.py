@@ -279,7 +279,7 @@ def test_poses_that_fit_no_frames(tmp_path: Path) -> None:
         ({"depth_window": [80, 0, 80, 100]}, "expected u_min < u_max"),
         ({"depth_window": [0, 0]}, "depth_window is [0, 0]"),
     ],
-    ids=lambda value: json.dumps(value) if isinstance(value, dict) else "",
+    ids=lambda value: json.dumps(value)[:60] if isinstance(value, dict) else "",
 )
 def test_bad_camera_file(changes: dict[str, Any], words: str, tmp_path: Path) -> None:
     write_folder(tmp_path)

@@ -15,6 +15,7 @@ from curiosight.datasets import open_dataset
 from curiosight.evaluation import HeldOut, MapScores
 from curiosight.experiments.components import make_learner, make_teacher
 from curiosight.experiments.learning import OffLine
+from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth
 from curiosight.exploration import STRATEGIES, Chronological, Iac, make_strategy
 from curiosight.explore import Step, explore
@@ -215,7 +216,9 @@ def test_real_table_scenes_are_learned() -> None:
     dataset = open_dataset(Path(folder) / "data/osd_learn")
     config = Config.of_preset("default")
     learner = make_learner(config, make_teacher(config, dataset), np.random.default_rng(0))
-    held_out = HeldOut(learner, find_truth(dataset, range(0, 45, 2), None).labelled_frames())
+    held_out = HeldOut(
+        learner, find_truth(dataset, range(0, 45, 2), None).labelled_frames(Problems())
+    )
     views = [Viewpoint(index, 0) for index in range(1, 45, 2)]
     with room_world(dataset) as world:
         for _ in explore(world, learner, Chronological(views), len(views)):

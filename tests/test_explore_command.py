@@ -227,3 +227,19 @@ def test_ground_truth_beside_the_test_frames_is_not_passed_over_silently(
     assert outcome.status == 0
     assert "tested on: teacher" in outcome.err
     assert "not of the frames that are kept for testing" in outcome.err
+
+
+def test_being_tested_on_what_was_learned_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    room, first, second = (tmp_path / name for name in ("room", "first", "second"))
+    write_folder(room, 8)
+    succeed(capsys, "explore", room, "--steps", 8, "--strategy", "chronological", "--out", first)
+    outcome = succeed(capsys, "evaluate", first, room, "--out", second)
+    assert "8 of 8 test frames were learned from" in outcome.err
+    assert json.loads((second / "metrics.json").read_text())["test_frames_learned"] == 8
+    options = ("--steps", 2, "--test-every", 4, "--gap", 0, "--out", tmp_path / "third")
+    assert "test frames were learned" not in succeed(capsys, "explore", room, *options).err
+    options = (*options[:-1], tmp_path / "fourth", "--from", first)
+    outcome = succeed(capsys, "explore", room, *options)
+    assert "2 of 2 test frames were learned from" in outcome.err

@@ -31,7 +31,7 @@ def test_windows_inside_the_image(window: Any) -> None:
     "window", [(-1, 0, 64, 48), (0, 0, 65, 48), (0, 0, 64, 49), (9, 0, 9, 48), (0, 30, 64, 20)]
 )
 def test_windows_empty_or_outside_are_refused(window: Any) -> None:
-    with pytest.raises(ValueError, match="depth_window: expected .* inside the 64x48 image, got"):
+    with pytest.raises(ValueError, match=r"depth_window: expected .* inside the 64x48 image, got"):
         Camera(**INTRINSICS, depth_window=window)
 
 

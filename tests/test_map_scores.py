@@ -9,6 +9,7 @@ import pytest
 from sklearn.metrics import average_precision_score, f1_score, roc_auc_score
 
 from curiosight.evaluation import PARTS, MapScores
+from curiosight.evaluation.map_scores import LEVELS
 from curiosight.frame import Label
 from curiosight.metrics import f1_error
 
@@ -23,7 +24,9 @@ class Made:
         rng = np.random.default_rng(seed)
         self.truth = rng.choice(TRUTH_VALUES, SIZE).astype(np.uint8)
         noise = rng.integers(0, 7, SIZE) / 10
-        self.saliency = (noise + 0.3 * (self.truth == Label.SALIENT)).astype(np.float32)
+        exact = noise + 0.3 * (self.truth == Label.SALIENT)
+        # In the steps that scores are kept in.
+        self.saliency = np.rint(exact * LEVELS).astype(np.float32) / np.float32(LEVELS)
         self.labels = rng.choice([*Label], SIZE).astype(np.uint8)
         self.depth = rng.uniform(0.5, 8, SIZE).astype(np.float32)
         self.depth[rng.random(SIZE) < 0.2] = np.nan

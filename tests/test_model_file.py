@@ -28,7 +28,8 @@ def test_the_same_seed_gives_the_same_bytes(rows_per: RowsPer, tmp_path: Path) -
 
 def test_a_saved_model_comes_back_whole_and_goes_on_learning(tmp_path: Path) -> None:
     learner = taught(colour_space="lab", n_pixels=90, n_superpixels=300)
-    learner.save(tmp_path / "model.npz", {"source": "pictures"})
+    learner.notes["source"] = "pictures"
+    learner.save(tmp_path / "model.npz")
     loaded = SaliencyLearner.load(tmp_path / "model.npz", RedThings(), seed=1, n_threads=2)
     assert np.array_equal(loaded.saliency(picture(8).rgb), learner.saliency(picture(8).rgb))
     assert np.array_equal(loaded.forest.rows, learner.forest.rows)

@@ -50,18 +50,19 @@ def test_folder_of_its_own_is_not_shared(
     monkeypatch.chdir(tmp_path)
     folder = OutputFolder(None, "explore", source)
     folder.path.mkdir(parents=True)  # another run that started in the same second
-    with pytest.raises(DataError, match="File exists"):
-        folder.write_text("hello.txt", "hello")
+    folder.write_text("hello.txt", "hello")
+    assert [path.name for path in folder.path.iterdir()] == ["hello.txt"]
+    assert folder.path.name.endswith("-2")
 
 
 def test_existing_folder_is_taken_only_if_empty(tmp_path: Path, source: Path) -> None:
-    OutputFolder(tmp_path / "recording", "explore", source)
     (source / "a.png").touch()
     with pytest.raises(DataError, match="exists and is not empty"):
         OutputFolder(source, "explore", tmp_path / "elsewhere")
     OutputFolder(source, "explore", tmp_path / "elsewhere", overwrite=True)
-    with pytest.raises(DataError, match="is part of the recording"):
-        OutputFolder(source, "explore", source, overwrite=True)
+    for inside in (source, source / "rgb", source / "new"):
+        with pytest.raises(DataError, match="lies inside the recording"):
+            OutputFolder(inside, "explore", source, overwrite=True)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])

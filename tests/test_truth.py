@@ -9,6 +9,7 @@ import pytest
 
 from curiosight.datasets import check_dataset
 from curiosight.errors import DataError
+from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth
 from curiosight.segmentation import Teacher, survey_recording
 from room_world import RoomRecording
@@ -65,10 +66,12 @@ def test_bad_frames_have_no_labels_and_are_passed_over(room, has_truth: bool) ->
     room.frames[1] = replace(room.frames[1], problem="truncated")
     truth = find_truth(room, range(3), teacher)
     assert [labels is None for _, labels in truth] == [False, True, False]
-    images = [rgb for rgb, _ in truth.labelled_frames()]
+    problems = Problems()
+    images = [rgb for rgb, _ in truth.labelled_frames(problems)]
     assert len(images) == 2
     assert images[0] is room.frames[0].rgb
     assert images[1] is room.frames[2].rgb
+    assert problems.counts() == {"bad frame": 1}
 
 
 def test_no_frames_to_test_is_nothing(room) -> None:
@@ -83,3 +86,15 @@ def test_neither_ground_truth_nor_teacher_is_an_error(room) -> None:
     with pytest.raises(DataError, match="neither ground truth nor depth") as caught:
         find_truth(room, [0], None)
     assert "--ground-truth" in caught.value.remedy
+
+
+def test_only_bad_frames_are_refused(room) -> None:
+    room.frames[1] = replace(room.frames[1], problem="truncated")
+    truth = find_truth(room, [1], None)
+    with pytest.raises(DataError, match="cannot be tested on"):
+        list(truth.labelled_frames(Problems()))
+
+
+def test_at_most_so_many_frames_evenly_spread(room) -> None:
+    truth = find_truth(room, range(len(room)), None, max_frames=2)
+    assert truth.indices == (0, len(room) - 1)

@@ -130,6 +130,7 @@ class SaliencyLearner:
         self.n_pixels = n_pixels
         self.n_superpixels = n_superpixels
         self.threshold = threshold
+        self.notes: dict[str, Any] = {}
         self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
 
     def observe(self, frame: Frame, group: int = 0) -> Observation:
@@ -194,17 +195,18 @@ class SaliencyLearner:
         rows = description.rows[description.row_of_pixel.ravel()[drawn]]
         return rows, flat[drawn] == Label.SALIENT
 
-    def save(self, path: Path | str, notes: dict[str, Any] | None = None) -> None:
+    def save(self, path: Path | str) -> None:
         """Write the model with its samples, so that learning can go on.
 
-        notes: JSON-able, kept with it. An existing file is replaced as a whole or not at all.
+        `notes` (JSON-able, whatever should be known of it) are kept with it. An existing file is
+        replaced as a whole or not at all.
         """
         header = {
             "features": self._feature_definition(),
             "n_pixels": self.n_pixels,
             "threshold": self.threshold,
             "forest": self.forest.settings(),
-            "notes": notes or {},
+            "notes": self.notes,
         }
         write_archive(Path(path), KIND, header, self.forest.state_arrays())
 
@@ -237,6 +239,7 @@ class SaliencyLearner:
                 n_superpixels=features["n_superpixels"],
                 seed=rng,
             )
+            learner.notes = dict(header["notes"])
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
         if features != learner._feature_definition():

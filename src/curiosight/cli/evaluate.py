@@ -69,6 +69,7 @@ def evaluate(
     folder.write_json("metrics.json", metrics)
     _draw(evaluation.scores, folder)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
+    talk.warn_of_learned(evaluation.n_learned, len(evaluation.truth.indices))
     if not evaluation.learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
     if metrics["pooled"]["all"]["roc_auc"] is None:

@@ -133,6 +133,7 @@ def explore(
             summary = run.finish()
             _draw(run, folder, examples)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
+    talk.warn_of_learned(run.n_learned, len(run.truth.indices))
     talk.warn_of(run.test_problems, len(run.truth.indices), "could not be tested on")
     if not run.learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
@@ -152,12 +153,18 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
         f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
     )
+    n_left_out = len(run.dataset) - len(run.world.views)
+    if n_left_out:
+        talk.note(
+            f"learns from {len(run.world.views)} of {len(run.dataset)} frames; the others are "
+            "tested on, or too close to those"
+        )
     tested = run.truth.dataset
     if run.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):
         talk.warn("the ground truth is not of the frames that are kept for testing: not used")
     n_left_out = len(run.truth.indices) - run.held_out.n_frames
     if n_left_out:
-        talk.note(f"  without {count(n_left_out, 'frame')}, bad or with nothing salient in view")
+        talk.note(f"  without {count(n_left_out, 'test frame')}: bad, or nothing salient in view")
 
 
 def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
@@ -174,9 +181,14 @@ def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
 
 
 def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
-    """Keep the latest step of every quarter of the run."""
+    """Keep the latest step of every quarter of the run, each frame once."""
     quarter = step.index * N_EXAMPLES // n_steps
-    others = [kept for kept in examples if kept.index * N_EXAMPLES // n_steps != quarter]
+    others = [
+        kept
+        for kept in examples
+        if kept.index * N_EXAMPLES // n_steps != quarter
+        and kept.viewpoint.index != step.viewpoint.index
+    ]
     return [*others, step]
 
 

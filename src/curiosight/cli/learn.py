@@ -53,7 +53,7 @@ def learn(
                 for _ in ctrl_c.until_pressed(off_line):
                     shown.advance()
             learner = off_line.fit()
-            learner.save(folder.file(MODEL), {"source": str(source), "layout": dataset.name})
+            learner.save(folder.file(MODEL))
             summary = off_line.summary()
             folder.write_json("summary.json", summary)
     talk.warn_of(off_line.problems, summary["frames"], "taught nothing")

@@ -37,6 +37,11 @@ class Talk:
         """Say something that the user may want to mend."""
         self._warnings.print(f"warning: {text}", markup=False, soft_wrap=True)
 
+    def warn_of_learned(self, n_learned: int, n_tested: int) -> None:
+        """Warn where a model is tested on what it was taught with."""
+        if n_learned:
+            self.warn(f"{n_learned} of {n_tested} test frames were learned from: too good scores")
+
     def warn_of(self, problems: Problems, n_frames: int, what: str) -> None:
         """Count the bad ones of so many frames, a line for each problem; what: came of them."""
         for sentence in problems.sentences(n_frames, what):

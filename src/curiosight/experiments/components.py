@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def _good_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
             return
         problem = problem or frame.problem
     raise DataError(
-        place(dataset), f"none of its {len(dataset)} frames can be used ({problem})", "record anew"
+        place(dataset), f"none of its {len(dataset)} frames can be used ({problem})", "mend that"
     )
 
 
@@ -124,6 +125,19 @@ def load_learner(
             vote=forest.vote,
         ),
     )
+
+
+def note_frames(learner: SaliencyLearner, dataset: Dataset, ids: Iterable[str]) -> None:
+    """Note in a model which frames it has learned from, to know them when it is tested."""
+    source = os.path.abspath(place(dataset))
+    learned: dict[str, list[str]] = learner.notes.setdefault("frames", {})
+    learned[source] = sorted({*learned.get(source, ()), *ids})
+
+
+def count_learned(learner: SaliencyLearner, dataset: Dataset, indices: Iterable[int]) -> int:
+    """Count the frames of a recording that a model was taught with."""
+    learned = learner.notes.get("frames", {}).get(os.path.abspath(place(dataset)), ())
+    return len({dataset.ids[index] for index in indices} & {*learned})
 
 
 def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:

@@ -13,7 +13,7 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
-from curiosight.experiments.components import load_learner, make_teacher, place
+from curiosight.experiments.components import count_learned, load_learner, make_teacher, place
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth
@@ -36,6 +36,7 @@ class Evaluation:
         self.learner, self.config = load_learner(model, config, None)
         teacher = make_teacher(config, dataset) if dataset.has_depth else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
+        self.n_learned = count_learned(self.learner, dataset, self.truth.indices)
         self.scores = MapScores(
             max_range=config.segmentation.max_range, threshold=self.learner.threshold
         )
@@ -52,6 +53,7 @@ class Evaluation:
         """Return all figures, JSON-able."""
         return {
             "model": str(self._model),
+            "test_frames_learned": self.n_learned,
             "source": place(self.truth.dataset),
             "truth": self.truth.kind,
             **_checked(self.scores, self.truth.dataset),
@@ -79,6 +81,7 @@ class CrossValidation:
         rng = np.random.default_rng(config.run.seed)
         self.folds = make_folds(len(dataset), n_folds, split, rng, gap=config.test.gap)
         self.split = split
+        self.n_learned = 0
         self.off_line = OffLine(config, dataset, teacher=teacher)
         self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
         self.scores = MapScores(

@@ -17,9 +17,11 @@ from curiosight.evaluation import HeldOut, every_nth
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
+    count_learned,
     load_learner,
     make_learner,
     make_teacher,
+    note_frames,
     place,
 )
 from curiosight.experiments.output import OutputFolder, TableFile
@@ -86,6 +88,7 @@ class Exploration:
         self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
         self.world.upcoming = self._strategy.upcoming
         self.truth = self._find_truth(test_source, test)
+        self.n_learned = count_learned(self.learner, self.truth.dataset, self.truth.indices)
         self.test_problems = Problems()
         self.held_out = HeldOut(self.learner, self.truth.labelled_frames(self.test_problems))
         self.stopwatch = self._watch()
@@ -109,9 +112,8 @@ class Exploration:
         self._steps_file.close()
         self._times_file.close()
         self.world.close()
-        self.learner.save(
-            self.out.file(MODEL), {"source": place(self.dataset), "layout": self.dataset.name}
-        )
+        note_frames(self.learner, self.dataset, {row.id for row in self.rows})
+        self.learner.save(self.out.file(MODEL))
         summary = self._summary()
         self.out.write_json("summary.json", summary)
         return summary
@@ -172,6 +174,7 @@ class Exploration:
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),
+            "test_frames_learned": self.n_learned,
             "test_problems": self.test_problems.counts(),
             "stages": self.stopwatch.summary(),
             "seconds": round(time.perf_counter() - self._started, 2),

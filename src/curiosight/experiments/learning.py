@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import make_learner, make_teacher, place
+from curiosight.experiments.components import make_learner, make_teacher, note_frames, place
 from curiosight.experiments.problems import Problems
 from curiosight.features import Rows
 from curiosight.frame import Frame
@@ -55,10 +55,13 @@ class OffLine:
         It is always the same model, which forgets what it knew. It stays untrained where the
         frames did not show both objects and what is none.
         """
-        chosen = [self._samples[index] for index in (self._samples if indices is None else indices)]
+        used = list(self._samples if indices is None else indices)
+        chosen = [self._samples[index] for index in used]
         if chosen:
             rows, is_salient = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
             self.learner.forest.fit(rows, is_salient)
+            self.learner.notes.clear()
+            note_frames(self.learner, self.dataset, [self.dataset.ids[index] for index in used])
         return self.learner
 
     def _sample(self, frame: Frame) -> Samples:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import io
+import itertools
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -65,10 +66,23 @@ class OutputFolder:
         path = self.path / name
         with writing(self.path):
             if not self._is_made:
-                self.path.mkdir(parents=True, exist_ok=self._may_exist)
-                self._is_made = True
+                self._make()
+                path = self.path / name
             path.parent.mkdir(parents=True, exist_ok=True)
         return path
+
+    def _make(self) -> None:
+        """Make the folder; a name of ours that another run took in this second gets a number."""
+        stem = self.path.name
+        for number in itertools.count(2):
+            try:
+                self.path.mkdir(parents=True, exist_ok=self._may_exist)
+                break
+            except FileExistsError:
+                if self._may_exist:
+                    raise
+                self.path = self.path.with_name(f"{stem}-{number}")
+        self._is_made = True
 
     def _check_existing(self, overwrite: bool) -> None:
         if not self.path.is_dir():

@@ -21,7 +21,7 @@ MIN_SIDE = 24
 def shrink(rgb: Rgb) -> Rgb:
     """Bring an (H, W, 3) image to 320 pixels of width: the paper's half size of 640x480."""
     height, width = rgb.shape[:2]
-    small_height = round(WORKING_WIDTH * height / width)
+    small_height = round(WORKING_WIDTH * height / max(width, 1))
     if small_height < MIN_SIDE or small_height > 16 * WORKING_WIDTH:
         raise ValueError(f"rgb: expected an image about as high as wide, got {width}x{height}")
     if (width, height) == (WORKING_WIDTH, small_height):
