@@ -183,12 +183,9 @@ def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
 def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
     """Keep the latest step of every quarter of the run, each frame once."""
     quarter = step.index * N_EXAMPLES // n_steps
-    others = [
-        kept
-        for kept in examples
-        if kept.index * N_EXAMPLES // n_steps != quarter
-        and kept.viewpoint.index != step.viewpoint.index
-    ]
+    others = [kept for kept in examples if kept.index * N_EXAMPLES // n_steps != quarter]
+    if any(kept.viewpoint.index == step.viewpoint.index for kept in others):
+        return examples
     return [*others, step]
 
 

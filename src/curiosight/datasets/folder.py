@@ -14,8 +14,10 @@ from curiosight.errors import DataError
 POSE_FILE = "poses.txt"
 BAD_POSE = f"{POSE_FILE} holds no valid pose for it"
 BY_ORDER = f"{POSE_FILE} is taken line by line: its stamps are not the images' names"
-# A tracker may lose many frames; fewer hits than this are chance.
-MIN_SHARE_BY_STAMP = 0.2
+# A tracker may lose many frames, and a stamp with a fraction is not hit by chance; counted names
+# are, so nearly all of theirs must be there.
+MIN_SHARE_OF_STAMPS = 0.2
+MIN_SHARE_OF_NUMBERS = 0.9
 
 
 class Folder(Recording):
@@ -73,9 +75,11 @@ def _match_rows(
     stamps = [_stamp_of_name(id) for id in ids]
     rows = [None if stamp is None else row_of_stamp.get(stamp) for stamp in stamps]
     n_poses, n_matched = len(trajectory.stamps_ns), len(ids) - rows.count(None)
-    # Names that count from 1 meet nearly all stamps that count from 0, each the wrong one.
-    may_be_shifted = n_poses == len(ids) and all(id.isdecimal() for id in ids)
-    if n_matched >= len(ids) * (1.0 if may_be_shifted else MIN_SHARE_BY_STAMP):
+    share = MIN_SHARE_OF_STAMPS
+    if all(id.isdecimal() for id in ids):
+        # Names that count from 1 meet nearly all stamps that count from 0, each the wrong one.
+        share = 1.0 if n_poses == len(ids) else MIN_SHARE_OF_NUMBERS
+    if n_matched >= share * len(ids):
         return rows, []
     if n_poses == len(ids):
         return range(len(ids)), [] if None in stamps else [BY_ORDER]
