@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import curiosight_command
 from command import Outcome, call, files
 from curiosight.cli.app import run
 from curiosight.cli.interrupt import CtrlC
@@ -193,3 +194,16 @@ def test_reader_that_leaves_is_no_error(flags: list[str], room: Path) -> None:
     os.close(writer)
     assert done.stderr == ""
     assert done.returncode == 1
+
+
+def test_ctrl_c_during_the_imports(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("curiosight.cli.main", interrupted)
+    with pytest.raises(SystemExit) as caught:
+        curiosight_command.main()
+    assert caught.value.code == 130
+    assert capsys.readouterr().err == "curiosight: interrupted\n"
