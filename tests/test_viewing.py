@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from curiosight.errors import DataError
 from curiosight.exploration import make_regions
+from curiosight.exploration.progress import moving_mean
 from curiosight.frame import Label
 from curiosight.metrics import Scores
 from curiosight.segmentation import Cluster, Segmentation, Verdict
 from curiosight.viewing.examples import Example, examples
 from curiosight.viewing.figures import (
     learning_curve,
-    moving_mean,
     roc,
     time_per_region,
     window_shares,

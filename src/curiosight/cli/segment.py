@@ -44,7 +44,7 @@ def segment(
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c, talk.following("segment", len(segmenting)) as shown:
             for frame, segmentation in ctrl_c.until_pressed(segmenting):
-                overlay = overlay_labels(frame.rgb, segmentation)
+                overlay = overlay_labels(frame.rgb, segmentation, has_legend=True)
                 folder.write_image(f"overlays/{frame.id}.jpg", overlay)
                 shown.advance()
             summary = segmenting.finish()

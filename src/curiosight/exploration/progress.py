@@ -28,7 +28,7 @@ def learning_progress(
     """
     if len(errors) < max(min_errors, 2):
         return None
-    values = _moving_mean(errors[-(theta + smoothing - 1) :], smoothing)[-theta:]
+    values = moving_mean(errors[-(theta + smoothing - 1) :], smoothing)[-theta:]
     time = np.arange(len(values)) - (len(values) - 1) / 2
     return float(-(time @ values) / (time @ time))
 
@@ -141,7 +141,7 @@ def _interest(progress: Sequence[float | None], negative: Negative) -> Floats:
     return weights
 
 
-def _moving_mean(values: Sequence[float], window: int) -> Floats:
+def moving_mean(values: Sequence[float] | Floats, window: int) -> Floats:
     """Return the mean of up to `window` values that end in each value."""
     sums = np.cumsum(np.concatenate([[0.0], values]))
     ends = np.arange(1, len(values) + 1)

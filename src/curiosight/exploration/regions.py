@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.listing import natural_key
 from curiosight.errors import DataError
 from curiosight.exploration.from_above import seen_from_above
 from curiosight.frame import Pose
@@ -221,12 +222,6 @@ def _equal_widths(values: Floats, n_parts: int) -> Ints:
 
 def _number(labels: Sequence[str], kind: str) -> Regions:
     """Number the regions that occur, in natural order of their labels; "" = no region."""
-    names = sorted({label for label in labels if label}, key=_natural_order)
+    names = sorted({label for label in labels if label}, key=natural_key)
     number = {name: region for region, name in enumerate(names)} | {"": -1}
     return Regions(np.array([number[label] for label in labels], np.int64), tuple(names), kind)
-
-
-def _natural_order(label: str) -> list[tuple[int, str]]:
-    """Order 2 before 10: split into numbers and words."""
-    parts = re.split(r"(\d+)", label)
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from curiosight.exploration.progress import moving_mean
 from curiosight.metrics import Ranking
 from curiosight.viewing.paper import (
     FAINT,
@@ -121,15 +122,6 @@ def roc(rankings: Mapping[str, Ranking], path: Path | str) -> None:
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.legend(loc="lower right", fontsize=9)
     save_figure(figure, path)
-
-
-def moving_mean(values: Floats, n_mean: int) -> Floats:
-    """Return the mean of each value and those before it, `n_mean` of them where there are."""
-    sums = np.pad(np.cumsum(values), (1, 0))
-    after = np.arange(1, len(values) + 1)
-    first = np.maximum(0, after - n_mean)
-    means: Floats = (sums[after] - sums[first]) / (after - first)
-    return means
 
 
 def window_shares(regions: npt.NDArray[np.int64], n_regions: int, n_window: int) -> Floats:

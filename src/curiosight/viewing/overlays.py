@@ -24,7 +24,7 @@ LABEL_NAMES: dict[Label, str] = {
     Label.SALIENT: "salient",
     Label.NOT_SALIENT: "not salient",
     Label.UNKNOWN: "unknown",
-    Label.UNAVAILABLE: "no depth",
+    Label.UNAVAILABLE: "no depth, or far",
 }
 _OPACITY = {
     Label.SALIENT: 0.40,
