@@ -10,7 +10,7 @@ demo:
 	@test -n "$(SOURCE)" || { \
 	  echo "make demo explores a recording of yours: make demo SOURCE=folder"; \
 	  echo "(7-Scenes, TUM RGB-D, OSD, or rgb/ depth/ camera.json)"; exit 2; }
-	@$(MAKE) --no-print-directory .venv/installed
+	@$(MAKE) --silent --no-print-directory .venv/installed
 	$(BIN)/curiosight explore "$(SOURCE)" --test-every 10
 
 test: .venv/installed-dev
