@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from command import files, refusal, succeed
-from curiosight.cli.app import run
 from recordings import (
     truncate,
     write_camera_file,
@@ -24,21 +23,6 @@ from room import kinect
 
 Capsys = pytest.CaptureFixture[str]
 TEACHING = ("explore", "segment", "learn")  # the commands that need depth
-
-
-@pytest.fixture(scope="module")
-def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plain folder of eight frames with poses and ground truth; not to be changed."""
-    path = tmp_path_factory.mktemp("recordings") / "room"
-    write_folder(path, 8)
-    return path
-
-
-@pytest.fixture(scope="module")
-def model(room: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("runs") / "learn"
-    assert run(["learn", str(room), "--out", str(path), "--quiet"]) == 0
-    return path
 
 
 @pytest.fixture

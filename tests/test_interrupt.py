@@ -14,7 +14,6 @@ import pytest
 
 import curiosight_command
 from command import Outcome, call, files
-from curiosight.cli.app import run
 from curiosight.cli.interrupt import CtrlC
 from curiosight.learner import SaliencyLearner
 from recordings import write_folder
@@ -34,13 +33,6 @@ main()
 def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recordings") / "room"
     write_folder(path, N_FRAMES)
-    return path
-
-
-@pytest.fixture(scope="module")
-def model(room: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("runs") / "learn"
-    assert run(["learn", str(room), "--out", str(path), "--quiet"]) == 0
     return path
 
 
