@@ -151,3 +151,9 @@ def test_recording_without_any_plane(source: Path, out: Path, capsys: Capsys) ->
         outcome = succeed(capsys, *command.split(), source, "--out", out / command[:5])
         assert "warning: 4 of 4 frames t" in outcome.err
         assert "no support plane is in view" in outcome.err
+
+
+def test_info_of_a_recording_without_a_good_frame(source: Path, capsys: Capsys) -> None:
+    for path in (source / "depth").glob("*.png"):
+        truncate(path)
+    assert json.loads(succeed(capsys, "info", source, "--json").out)["scene"] is None

@@ -185,12 +185,15 @@ class SaliencyLearner:
         return self.forest.update(*self.sample(description, labels), group)
 
     def sample(
-        self, description: Description, labels: Labels
+        self, description: Description, labels: Labels, n_pixels: int | None = None
     ) -> tuple[Rows, npt.NDArray[np.bool_]]:
-        """Draw the rows (n, 39) of labelled pixels and whether each is salient."""
+        """Draw the rows (n, 39) of labelled pixels and whether each is salient.
+
+        n_pixels: how many; None = as many as a frame teaches on-line.
+        """
         flat = labels.ravel()
         known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
-        n_drawn = min(self.n_pixels, len(known))
+        n_drawn = min(n_pixels or self.n_pixels, len(known))
         drawn = self.rng.choice(known, n_drawn, replace=False) if n_drawn else known
         rows = description.rows[description.row_of_pixel.ravel()[drawn]]
         return rows, flat[drawn] == Label.SALIENT

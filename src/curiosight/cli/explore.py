@@ -153,10 +153,10 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
         f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
     )
-    n_left_out = len(run.dataset) - len(run.world.views)
-    if n_left_out:
+    n_within_reach = len(run.world.views)
+    if n_within_reach < len(run.dataset):
         talk.note(
-            f"learns from {len(run.world.views)} of {len(run.dataset)} frames; the others are "
+            f"learns from {n_within_reach} of {len(run.dataset)} frames; the others are "
             "tested on, or too close to those"
         )
     tested = run.truth.dataset

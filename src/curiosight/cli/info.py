@@ -10,7 +10,9 @@ from curiosight.cli import options
 from curiosight.cli.talk import Talk
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset, open_dataset
+from curiosight.errors import DataError
 from curiosight.experiments.components import choose_regions, make_teacher
+from curiosight.segmentation import Survey
 from curiosight.viewing.live import announce_compilation
 
 
@@ -43,7 +45,7 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
     frame = dataset[0]
     height, width = frame.rgb.shape[:2]
     camera = dataset.camera
-    survey = make_teacher(config, dataset).survey if dataset.has_depth else None
+    survey = _survey(config, dataset)
     divided = choose_regions(config, dataset, survey)
     sizes = [int((divided.of_view == region).sum()) for region in range(divided.n_regions)]
     return {
@@ -72,6 +74,14 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
         },
         "remarks": list(dataset.remarks),
     }
+
+
+def _survey(config: Config, dataset: Dataset) -> Survey | None:
+    """Look at some frames; None where there is no depth or no usable frame."""
+    try:
+        return make_teacher(config, dataset).survey
+    except DataError:
+        return None
 
 
 def _camera_line(camera: dict[str, Any] | None) -> str | None:

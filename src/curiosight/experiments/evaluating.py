@@ -128,7 +128,7 @@ def _score(
     for frame, labels in truth:
         problems.add(frame)
         if labels is not None:
-            taught = truth.teacher.segment(frame).labels if truth.teacher is not None else None
+            taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
             scores.add(frame.id, learner.saliency(frame.rgb), labels, taught, frame.depth)
         yield frame
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,10 +34,9 @@ class OffLine:
         self.config = config
         self.dataset = dataset
         self.teacher = teacher or make_teacher(config, dataset)
+        self.learner: SaliencyLearner = make_learner(config, self.teacher)
         spare = SPARE * config.forest.max_samples // len(dataset)
-        n_pixels = max(1, min(config.learner.n_pixels, spare))
-        sparing = replace(config, learner=replace(config.learner, n_pixels=n_pixels))
-        self.learner: SaliencyLearner = make_learner(sparing, self.teacher)
+        self._n_pixels = max(1, min(config.learner.n_pixels, spare))
         self.problems = Problems()
         self._samples: dict[int, Samples] = {}
 
@@ -68,7 +66,8 @@ class OffLine:
         segmentation = self.learner.segment(frame)
         self.problems.add(frame, segmentation.problem)
         description = self.learner.describe(frame.rgb)
-        return self.learner.sample(description, fit_labels(segmentation.labels, description))
+        labels = fit_labels(segmentation.labels, description)
+        return self.learner.sample(description, labels, self._n_pixels)
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""

@@ -61,8 +61,13 @@ class Truth:
             labels = self.dataset.ground_truth(index)
             assert labels is not None
             return labels
-        assert self.teacher is not None
-        return self.teacher.segment(frame).labels
+        labels = self.teacher_labels(frame)
+        assert labels is not None
+        return labels
+
+    def teacher_labels(self, frame: Frame) -> Labels | None:
+        """Return the (H, W) labels that the teacher gives a frame; None without a teacher."""
+        return None if self.teacher is None else self.teacher.segment(frame).labels
 
 
 def find_truth(
