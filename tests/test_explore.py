@@ -40,9 +40,14 @@ class Diary:
         self.calls.append(("choose",))
         return VIEWS[n_chosen % len(VIEWS)]
 
-    def capture(self, viewpoint: Viewpoint) -> str:
-        self.calls.append(("capture", viewpoint.index))
-        return f"frame {viewpoint.index}"
+    def move_to(self, viewpoint: Viewpoint) -> float:
+        self.calls.append(("move_to", viewpoint.index))
+        self.here = viewpoint.index
+        return 2.5
+
+    def capture(self) -> str:
+        self.calls.append(("capture",))
+        return f"frame {self.here}"
 
     def observe(self, frame: str, group: int = 0) -> SimpleNamespace:
         self.calls.append(("observe", frame, group))
@@ -67,7 +72,8 @@ def test_every_step_chooses_looks_learns_and_takes_note_in_this_order() -> None:
         for index, region, error in ((10, 0, 0.0), (11, 1, 0.1), (12, 2, 0.2))
         for call in (
             ("choose",),
-            ("capture", index),
+            ("move_to", index),
+            ("capture",),
             ("observe", f"frame {index}", region),
             ("update", index, error),
             ("progress", region),
@@ -75,6 +81,7 @@ def test_every_step_chooses_looks_learns_and_takes_note_in_this_order() -> None:
     ]
     assert [step.index for step in steps] == [0, 1, 2]
     assert [step.viewpoint for step in steps] == VIEWS[:3]
+    assert [step.cost for step in steps] == [2.5, 2.5, 2.5]
     assert [step.learning_progress for step in steps] == [None, 0.01, 0.02]
 
 
@@ -83,7 +90,7 @@ def test_nothing_happens_before_a_step_is_asked_for() -> None:
     steps = explore(diary, diary, diary, 100)  # type: ignore[arg-type]
     assert diary.calls == []
     next(steps)
-    assert len(diary.calls) == 5
+    assert len(diary.calls) == 6
 
 
 @pytest.mark.parametrize("n_steps", [0, 1, 7])

@@ -17,7 +17,6 @@ from curiosight.exploration.strategies import (
     Strategy,
     make_strategy,
 )
-from curiosight.exploration.travel import Odometer, travel
 from curiosight.frame import Viewpoint
 
 
@@ -221,24 +220,3 @@ def test_bad_options_are_refused_before_the_first_step() -> None:
             Random(views, rng(), **options)
     with pytest.raises(ValueError, match="none that is in a region"):
         Iac([Viewpoint(0, -1)], rng())
-
-
-def pose(x: float, turn_deg: float) -> np.ndarray:
-    """Stand at (x, 0, 0) and turn about the vertical."""
-    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
-    return np.array([[c, 0, s, x], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
-
-
-@pytest.mark.parametrize("turn_deg", [0, 1e-7, 30, 90, 179, 180])
-def test_travel_is_distance_and_turn(turn_deg: float) -> None:
-    metres, degrees = travel(pose(1, 10), pose(3, 10 + turn_deg))
-    assert metres == pytest.approx(2)
-    assert degrees == pytest.approx(turn_deg, abs=1e-9)
-
-
-def test_odometer_sums_and_passes_over_unknown_poses() -> None:
-    odometer = Odometer()
-    for T_world_camera in (None, pose(0, 0), None, pose(2, 90), pose(1, 0), None):
-        odometer.add(T_world_camera)
-    assert odometer.metres == pytest.approx(3)
-    assert odometer.degrees == pytest.approx(180)

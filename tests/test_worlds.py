@@ -13,6 +13,7 @@ from curiosight.exploration.strategies import Chronological, Iac
 from curiosight.frame import Frame, Pose, Viewpoint
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.travel import Odometer, travel
 from curiosight.worlds.world import World
 
 
@@ -51,6 +52,11 @@ def replay(dataset: Dataset, **options) -> ReplayWorld:
     return ReplayWorld(dataset, time_regions(len(dataset), 5).of_view, **options)
 
 
+def look(world: World, viewpoint: Viewpoint) -> Frame:
+    world.move_to(viewpoint)
+    return world.capture()
+
+
 def test_replay_keeps_the_contract() -> None:
     with replay(TinyRecording()) as world:
         check_world(world)
@@ -63,13 +69,30 @@ def test_replay_shows_each_viewpoints_frame() -> None:
         assert [view.region for view in world.views] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
         assert world.views[3].T_world_camera is None
         assert world.views[4].T_world_camera is dataset.poses[4]
-        assert [world.capture(view).rgb[0, 0, 0] for view in world.views] == list(range(10))
+        assert [look(world, view).rgb[0, 0, 0] for view in world.views] == list(range(10))
+
+
+def test_a_move_costs_the_way_and_the_turn() -> None:
+    dataset = TinyRecording()
+    dataset.poses[1][:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    with replay(dataset) as world:
+        first, turned, there, unposed = world.views[0], world.views[1], *world.views[2:4]
+        assert world.move_to(first) == 0.0
+        assert world.move_to(turned) == pytest.approx(1 / 0.5 + 90 / 60)
+        assert world.move_to(turned) == 0.0
+        assert world.move_to(unposed) == 0.0
+        assert world.move_to(there) == 0.0
+
+
+def test_nothing_is_seen_before_the_first_move() -> None:
+    with replay(TinyRecording()) as world, pytest.raises(ValueError, match="`move_to` before"):
+        world.capture()
 
 
 def test_replay_of_a_part_keeps_the_recordings_numbers() -> None:
     with replay(TinyRecording(), indices=[8, 2]) as world:
         assert [(view.index, view.region) for view in world.views] == [(8, 4), (2, 1)]
-        assert world.capture(world.views[0]).id == "8"
+        assert look(world, world.views[0]).id == "8"
 
 
 @pytest.mark.parametrize("looks_ahead", [True, False])
@@ -80,7 +103,7 @@ def test_looking_ahead_changes_no_frame(looks_ahead: bool) -> None:
             world.upcoming = strategy.upcoming
         for _ in range(100):
             viewpoint = strategy.choose()
-            assert world.capture(viewpoint).id == str(viewpoint.index)
+            assert look(world, viewpoint).id == str(viewpoint.index)
             strategy.update(viewpoint, 0.5)
 
 
@@ -90,7 +113,7 @@ def test_upcoming_frames_are_decoded_once() -> None:
         strategy = Chronological(world.views)
         world.upcoming = strategy.upcoming
         for _ in range(30):
-            world.capture(strategy.choose())
+            look(world, strategy.choose())
     assert sorted(dataset.read) == list(range(10))
 
 
@@ -105,11 +128,15 @@ def test_bad_arguments_are_named() -> None:
 class BrokenWorld:
     """Show a grey image everywhere; its views are for the tests to spoil."""
 
-    def __init__(self, views: Sequence[Viewpoint], frame: object = None) -> None:
+    def __init__(self, views: Sequence[Viewpoint], frame: object = None, cost: float = 0.0) -> None:
         self.views = views
+        self.cost = cost
         self.frame = frame or Frame("0", np.zeros((4, 6, 3), np.uint8), T_world_camera=np.eye(4))
 
-    def capture(self, viewpoint: Viewpoint) -> Frame:
+    def move_to(self, viewpoint: Viewpoint) -> float:
+        return self.cost
+
+    def capture(self) -> Frame:
         return self.frame  # type: ignore[return-value]
 
 
@@ -122,9 +149,32 @@ class BrokenWorld:
         (BrokenWorld([Viewpoint(0, 0, 2 * np.eye(4))]), "rigid pose at viewpoint 0"),
         (BrokenWorld([Viewpoint(0, 0, np.diag([-1.0, 1, 1, 1]))]), "rigid pose"),
         (BrokenWorld([Viewpoint(0, 0)], frame="picture"), "expected a Frame, got str"),
+        (BrokenWorld([Viewpoint(0, 0)], cost=-1.0), "0 or more, got -1.0"),
+        (BrokenWorld([Viewpoint(0, 0)], cost=float("nan")), "finite seconds"),
         (BrokenWorld([Viewpoint(7, 0, np.diag([-1.0, -1, 1, 1]))]), "viewpoint 7's pose"),
     ],
 )
 def test_contract_check_finds_what_is_broken(world: World, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         check_world(world)
+
+
+def pose(x: float, turn_deg: float) -> np.ndarray:
+    """Stand at (x, 0, 0) and turn about the vertical."""
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    return np.array([[c, 0, s, x], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("turn_deg", [0, 1e-7, 30, 90, 179, 180])
+def test_travel_is_distance_and_turn(turn_deg: float) -> None:
+    metres, degrees = travel(pose(1, 10), pose(3, 10 + turn_deg))
+    assert metres == pytest.approx(2)
+    assert degrees == pytest.approx(turn_deg, abs=1e-9)
+
+
+def test_odometer_sums_and_passes_over_unknown_poses() -> None:
+    odometer = Odometer()
+    for T_world_camera in (None, pose(0, 0), None, pose(2, 90), pose(1, 0), None):
+        odometer.add(T_world_camera)
+    assert odometer.metres == pytest.approx(3)
+    assert odometer.degrees == pytest.approx(180)

@@ -13,10 +13,11 @@ from curiosight.worlds import World
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One turn of the loop."""
+    """One turn of the loop; cost: of the way to its viewpoint, seconds."""
 
     index: int
     viewpoint: Viewpoint
+    cost: float
     observation: Observation
     learning_progress: float | None
 
@@ -27,6 +28,8 @@ def explore(
     """Yield one Step per frame; the learner has learned from it when it is yielded."""
     for index in range(n_steps):
         viewpoint = strategy.choose()
-        observation = learner.observe(world.capture(viewpoint), group=viewpoint.region)
+        cost = world.move_to(viewpoint)
+        observation = learner.observe(world.capture(), group=viewpoint.region)
         strategy.update(viewpoint, observation.error)
-        yield Step(index, viewpoint, observation, strategy.progress_of(viewpoint.region))
+        progress = strategy.progress_of(viewpoint.region)
+        yield Step(index, viewpoint, cost, observation, progress)

@@ -28,9 +28,8 @@ from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
-from curiosight.exploration import Odometer
 from curiosight.explore import Step, explore
-from curiosight.worlds import ReplayWorld
+from curiosight.worlds import Odometer, ReplayWorld
 
 MODEL = "model.npz"
 

@@ -10,18 +10,15 @@ from curiosight.exploration.strategies import (
     Strategy,
     make_strategy,
 )
-from curiosight.exploration.travel import Odometer, travel
 
 __all__ = [
     "STRATEGIES",
     "Chronological",
     "Iac",
-    "Odometer",
     "Random",
     "Regions",
     "Strategy",
     "check_strategy",
     "make_regions",
     "make_strategy",
-    "travel",
 ]

@@ -2,6 +2,7 @@
 
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.travel import Odometer, travel
 from curiosight.worlds.world import World
 
-__all__ = ["ReplayWorld", "World", "check_world"]
+__all__ = ["Odometer", "ReplayWorld", "World", "check_world", "travel"]

@@ -11,8 +11,8 @@ from curiosight.worlds.world import World
 def check_world(world: World, *, n_captures: int = 3) -> None:
     """Raise ValueError where a world breaks the contract of `World`.
 
-    It must offer views that differ in index, have sensible regions and rigid poses, and show
-    a frame for each, taken from the viewpoint's pose. n_captures: views that are looked from.
+    It must offer views that differ in index, have sensible regions and rigid poses, say what
+    the way to each costs, and show a frame taken from there. n_captures: views looked from.
     """
     views = world.views
     if not len(views):
@@ -25,7 +25,10 @@ def check_world(world: World, *, n_captures: int = 3) -> None:
         if view.T_world_camera is not None and not is_rigid(view.T_world_camera):
             raise ValueError(f"views: expected a rigid pose at viewpoint {view.index}")
     for number in np.linspace(0, len(views) - 1, n_captures).astype(int):
-        _check_frame(world.capture(views[number]), views[number])
+        cost = world.move_to(views[number])
+        if not (np.isfinite(cost) and cost >= 0):
+            raise ValueError(f"move_to: expected finite seconds, 0 or more, got {cost}")
+        _check_frame(world.capture(), views[number])
 
 
 def _check_frame(frame: object, view: Viewpoint) -> None:

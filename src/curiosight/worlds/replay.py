@@ -12,6 +12,7 @@ import numpy.typing as npt
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.datasets.recording import Dataset
 from curiosight.frame import Frame, Viewpoint
+from curiosight.worlds.travel import travel, travel_seconds
 
 
 class ReplayWorld:
@@ -45,15 +46,26 @@ class ReplayWorld:
             for index in within_reach
         )
         self._prefetch = Prefetch(dataset, memory_mb=memory_mb)
+        self._here: Viewpoint | None = None
         self.upcoming: Callable[[], Sequence[Viewpoint]] | None = None
 
     @property
     def views(self) -> Sequence[Viewpoint]:
         return self._views
 
-    def capture(self, viewpoint: Viewpoint) -> Frame:
-        """Return the viewpoint's frame, and have the upcoming ones decoded meanwhile."""
-        frame = self._prefetch[viewpoint.index]
+    def move_to(self, viewpoint: Viewpoint) -> float:
+        """Go to a frame's viewpoint; the way is a straight line between poses."""
+        before = None if self._here is None else self._here.T_world_camera
+        self._here = viewpoint
+        if before is None or viewpoint.T_world_camera is None:
+            return 0.0
+        return travel_seconds(*travel(before, viewpoint.T_world_camera))
+
+    def capture(self) -> Frame:
+        """Return the frame of the viewpoint, and have the upcoming ones decoded meanwhile."""
+        if self._here is None:
+            raise ValueError("capture: expected a `move_to` before it, got none")
+        frame = self._prefetch[self._here.index]
         if self.upcoming is not None:
             self._prefetch.expect([upcoming.index for upcoming in self.upcoming()])
         return frame

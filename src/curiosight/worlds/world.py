@@ -13,9 +13,16 @@ class World(Protocol):
 
     @property
     def views(self) -> Sequence[Viewpoint]:
-        """The viewpoints within reach, each with an index of its own."""
+        """The viewpoints to choose from, each with an index of its own."""
         ...
 
-    def capture(self, viewpoint: Viewpoint) -> Frame:
-        """Look from one of `views`; a bad frame is a Frame with a problem, no exception."""
+    def move_to(self, viewpoint: Viewpoint) -> float:
+        """Go to a viewpoint and return the cost: the seconds that a robot needs for the way.
+
+        0 where that is unknown, as for a recording without poses, and for the first move.
+        """
+        ...
+
+    def capture(self) -> Frame:
+        """Look from where the last move led to; a bad frame is a Frame with a problem."""
         ...

@@ -6,6 +6,10 @@ import numpy as np
 
 from curiosight.frame import Pose
 
+# A small robot indoors.
+METRES_PER_SECOND = 0.5
+DEGREES_PER_SECOND = 60.0
+
 
 def travel(T_world_a: Pose, T_world_b: Pose) -> tuple[float, float]:
     """Return the straight distance (metres) and the turn (degrees) between two cameras."""
@@ -15,6 +19,11 @@ def travel(T_world_a: Pose, T_world_b: Pose) -> tuple[float, float]:
     # atan2 of sine and cosine: arccos alone is blind to turns below 1e-6 degrees.
     turn = np.arctan2(np.linalg.norm(axis), np.trace(R_a_b) - 1)
     return metres, float(np.degrees(turn))
+
+
+def travel_seconds(metres: float, degrees: float) -> float:
+    """Return how long a small robot takes: first the turn, then the way."""
+    return metres / METRES_PER_SECOND + degrees / DEGREES_PER_SECOND
 
 
 class Odometer:
