@@ -302,7 +302,7 @@ def test_file_that_the_system_refuses(monkeypatch: pytest.MonkeyPatch, capsys: C
     def fail(*_: Any, **__: Any) -> None:
         raise PermissionError(errno.EACCES, "Permission denied", "/secret")
 
-    monkeypatch.setattr("curiosight.cli.info.open_dataset", fail)
+    monkeypatch.setattr("curiosight.cli.info.open_source", fail)
     line = refusal(capsys, "info", "/secret")
     assert line == "curiosight: /secret: Permission denied; check path and rights"
 

@@ -24,6 +24,7 @@ RUN_FILES = {
     "steps.csv",
     "timings.csv",
     "model.npz",
+    "report.html",
     "summary.json",
     "figures/learning_curve.png",
     "figures/time_per_region.png",
@@ -199,7 +200,7 @@ def test_model_is_kept_when_figures_fail(
     def fail(*_: object, **__: object) -> None:
         raise DataError("figures/learning_curve.png", "cannot be written", "free some space")
 
-    monkeypatch.setattr("curiosight.cli.explore.learning_curve", fail)
+    monkeypatch.setattr("curiosight.cli.explore_report.learning_curve", fail)
     outcome = call(capsys, "explore", room, "--steps", 3, "--out", tmp_path / "out")
     assert outcome.status == 2
     assert outcome.err.splitlines()[-1].startswith("curiosight: figures/learning_curve.png")

@@ -10,13 +10,13 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
-from curiosight.datasets import open_dataset
 from curiosight.evaluation import PARTS, MapScores, SplitKind
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.figures import roc
 from curiosight.viewing.live import announce_compilation
+from curiosight.worlds.sources import open_source
 
 
 def evaluate(
@@ -93,10 +93,10 @@ def _prepare(
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
         model = load_run_model(run)
-        return Evaluation(config, model, open_dataset(source, ground_truth=ground_truth))
+        return Evaluation(config, model, open_source(source, ground_truth=ground_truth))
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
-    dataset = open_dataset(paths[0], ground_truth=ground_truth)
+    dataset = open_source(paths[0], ground_truth=ground_truth)
     return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split or "frames"))
 
 

@@ -9,18 +9,15 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.explore_report import draw_exploration
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import Config, load_config
-from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import Exploration, load_run_model
 from curiosight.experiments.output import OutputFolder
 from curiosight.explore import Step
-from curiosight.viewing.examples import Example
-from curiosight.viewing.examples import examples as draw_examples
-from curiosight.viewing.figures import learning_curve, time_per_region
 from curiosight.viewing.live import announce_compilation, describe_step
-from curiosight.viewing.region_map import regions_from_above
+from curiosight.worlds.sources import open_source
 
 N_EXAMPLES = 4
 EXPLORING = "Exploring"
@@ -94,8 +91,8 @@ def explore(
 ) -> None:
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
-    Writes config.toml, steps.csv, timings.csv, model.npz, summary.json and figures/. Ctrl-C
-    ends a run early and keeps all of it.
+    Writes report.html to look at first, config.toml, steps.csv, timings.csv, model.npz,
+    summary.json and figures/. Ctrl-C ends a run early and keeps all of it.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
@@ -121,8 +118,8 @@ def explore(
     if test is not None:
         settings = replace(settings, test=replace(settings.test, every=0))
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
-    dataset = open_dataset(source, ground_truth=ground_truth if test is None else None)
-    test_source = None if test is None else open_dataset(test, ground_truth=ground_truth)
+    dataset = open_source(source, ground_truth=ground_truth if test is None else None)
+    test_source = None if test is None else open_source(test, ground_truth=ground_truth)
     continued = None if from_ is None else load_run_model(from_)
     with announce_compilation(talk.console):
         run = Exploration(settings, dataset, folder, test_source=test_source, continued=continued)
@@ -131,7 +128,8 @@ def explore(
         with CtrlC() as ctrl_c:
             examples = _follow(talk, run, ctrl_c)
             summary = run.finish()
-            _draw(run, folder, examples)
+            again = _again(source, test, ground_truth, from_)
+            draw_exploration(run, summary, examples, again)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     talk.warn_of_learned(run.n_learned, len(run.truth.indices))
     talk.warn_of(run.test_problems, len(run.truth.indices), "could not be tested on")
@@ -141,6 +139,16 @@ def explore(
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(len(run.rows), 'step')}; run and model are kept")
         raise typer.Exit(INTERRUPTED)
+
+
+def _again(
+    source: Path, test: Path | None, ground_truth: Path | None, continued: Path | None
+) -> list[str]:
+    """Return the command that runs the same again, in the folder of the run."""
+    command = ["curiosight", "explore", str(source), "--config", "config.toml"]
+    for option, path in (("test", test), ("ground-truth", ground_truth), ("from", continued)):
+        command += [] if path is None else [f"--{option}", str(path)]
+    return command
 
 
 def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config) -> None:
@@ -187,32 +195,6 @@ def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
     if any(kept.viewpoint.index == step.viewpoint.index for kept in others):
         return examples
     return [*others, step]
-
-
-def _draw(run: Exploration, folder: OutputFolder, examples: list[Step]) -> None:
-    learning_curve(run.rows, folder.file("figures/learning_curve.png"))
-    names = run.regions.names
-    time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))
-    indices = {id: index for index, id in enumerate(run.dataset.ids)}
-    visited = [indices[row.id] for row in run.rows]
-    regions_from_above(
-        run.dataset.poses,
-        run.regions,
-        visited,
-        folder.file("figures/regions.png"),
-        up=run.teacher.survey.up_world,
-    )
-    shown = [
-        Example(
-            step.observation.frame.id,
-            step.observation.frame.rgb,
-            step.observation.segmentation,
-            run.learner.saliency(step.observation.frame.rgb),
-        )
-        for step in examples
-    ]
-    if shown:
-        draw_examples(shown, folder.file("figures/examples.png"))
 
 
 def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:

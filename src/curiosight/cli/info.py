@@ -9,11 +9,12 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.talk import Talk
 from curiosight.config import Config, load_config
-from curiosight.datasets import Dataset, open_dataset
+from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import choose_regions, make_teacher
 from curiosight.segmentation import Survey
 from curiosight.viewing.live import announce_compilation
+from curiosight.worlds.sources import open_source
 
 
 def info(
@@ -30,7 +31,7 @@ def info(
     """Say what a recording is: layout, frames, camera, poses, ground truth, regions."""
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {"explorer.regions": regions})
-    dataset = open_dataset(source, ground_truth=ground_truth)
+    dataset = open_source(source, ground_truth=ground_truth)
     with announce_compilation(talk.console):
         facts = describe(settings, dataset)
     rows = {name.replace("_", " "): value for name, value in facts.items()}

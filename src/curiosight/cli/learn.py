@@ -10,11 +10,11 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import load_config, to_toml
-from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import MODEL
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.live import announce_compilation
+from curiosight.worlds.sources import open_source
 
 
 def learn(
@@ -43,7 +43,7 @@ def learn(
         {"run.seed": seed, "teacher.scene": scene, "run.n_threads": threads},
     )
     folder = OutputFolder(out, "learn", source, overwrite=overwrite)
-    dataset = open_dataset(source)
+    dataset = open_source(source)
     with announce_compilation(talk.console):
         off_line = OffLine(settings, dataset)
         folder.write_text("config.toml", to_toml(settings))

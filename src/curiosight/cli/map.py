@@ -10,7 +10,6 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.talk import Talk
 from curiosight.config import load_config
-from curiosight.datasets import open_dataset
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.mapping import map_recording
 from curiosight.experiments.output import OutputFolder
@@ -18,6 +17,7 @@ from curiosight.experiments.problems import Problems
 from curiosight.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
+from curiosight.worlds.sources import open_source
 
 
 def map_(
@@ -43,7 +43,7 @@ def map_(
     settings = load_config(preset, config)
     folder = OutputFolder(out, "map", source, overwrite=overwrite)
     learner = SaliencyLearner.load(load_run_model(run))
-    dataset = open_dataset(source)
+    dataset = open_source(source)
     talk.introduce(source, dataset)
     problems = Problems()
     n_mapped = 0

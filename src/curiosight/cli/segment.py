@@ -10,11 +10,11 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
-from curiosight.datasets import open_dataset
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.segmenting import Segmenting
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_labels
+from curiosight.worlds.sources import open_source
 
 
 def segment(
@@ -37,7 +37,7 @@ def segment(
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {"teacher.scene": scene})
     folder = OutputFolder(out, "segment", source, overwrite=overwrite)
-    dataset = open_dataset(source)
+    dataset = open_source(source)
     with announce_compilation(talk.console):
         segmenting = Segmenting(settings, dataset, folder, every=every)
         folder.write_text("config.toml", to_toml(settings))

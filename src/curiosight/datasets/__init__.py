@@ -10,7 +10,7 @@ from curiosight.datasets.folder import Folder
 from curiosight.datasets.images import Images
 from curiosight.datasets.osd import Osd
 from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset, Entry, Recording
+from curiosight.datasets.recording import Dataset, Entry, KnowsDistances, Recording
 from curiosight.datasets.seven_scenes import SevenScenes
 from curiosight.datasets.tum_rgbd import TumRgbd
 from curiosight.datasets.video import Video
@@ -22,6 +22,7 @@ __all__ = [
     "Entry",
     "Folder",
     "Images",
+    "KnowsDistances",
     "Osd",
     "Prefetch",
     "Recording",

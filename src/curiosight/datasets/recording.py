@@ -6,7 +6,7 @@ import copy
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, Self, TypeVar
+from typing import Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -61,6 +61,15 @@ class Dataset(Protocol):
 
     def ground_truth(self, index: int) -> GroundTruth | None:
         """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none."""
+        ...
+
+
+@runtime_checkable
+class KnowsDistances(Protocol):
+    """A dataset that knows more than its depth sensor sees, such as a drawn room."""
+
+    def true_depth(self, index: int) -> Depth:
+        """Return (H, W) float32 metres along z, without noise, holes or limit of range."""
         ...
 
 

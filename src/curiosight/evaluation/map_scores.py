@@ -14,8 +14,8 @@ from curiosight.metrics import Ranking, Scores
 Mask = npt.NDArray[np.bool_]
 
 LEVELS = 65535
-# Pixels by what the teacher could say of them.
-PARTS = ("all", "unknown", "unavailable", "beyond_range")
+# Pixels by what the teacher could say of them, then by what the depth sensor could.
+PARTS = ("all", "unknown", "unavailable", "near", "beyond_range", "missing")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class FrameScore:
 class MapScores:
     """Collect saliency maps with their truth, frame by frame.
 
-    max_range: metres of depth; what lies beyond is scored apart too.
+    max_range: metres of depth; what lies nearer and beyond is scored apart too.
     threshold: above which a pixel is predicted salient, for the error.
     frames: what was added, in order: the id and the scores of each part, one of `PARTS`.
     """
@@ -53,17 +53,20 @@ class MapScores:
         truth: npt.NDArray[np.uint8],
         labels: npt.NDArray[np.uint8] | None = None,
         depth: Depth | None = None,
+        true_depth: Depth | None = None,
     ) -> None:
         """Add a frame's (H, W) map in [0, 1] and truth: 255 salient, 0 not, else ignored.
 
         labels: the teacher's, to score apart what it left unknown or unavailable.
-        depth: metres, to score apart what lies beyond its range.
+        depth: the sensor's, metres, to score apart what lies within and beyond its range.
+        true_depth: metres where there is any surface, to do the same where the sensor is blind,
+            and to score apart where it should have seen something and did not.
         """
         is_salient = truth == Label.SALIENT
         # 16 bits are finer than any use of a map, and bound the memory of a long recording.
         saliency = np.rint(saliency * LEVELS).astype(np.float32) / np.float32(LEVELS)
         scores = {}
-        for part, mask in self._parts(truth, labels, depth).items():
+        for part, mask in self._parts(truth, labels, depth, true_depth).items():
             self._pools[part].add(saliency, is_salient, mask)
             scores[part] = _score_frame(saliency, is_salient, mask, self._threshold)
         self.frames.append((id, scores))
@@ -73,6 +76,7 @@ class MapScores:
         truth: npt.NDArray[np.uint8],
         labels: npt.NDArray[np.uint8] | None,
         depth: Depth | None,
+        true_depth: Depth | None,
     ) -> dict[str, Mask]:
         """Return the pixels of each part that can be told apart."""
         known = (truth == Label.SALIENT) | (truth == Label.NOT_SALIENT)
@@ -81,7 +85,11 @@ class MapScores:
             parts["unknown"] = known & (labels == Label.UNKNOWN)
             parts["unavailable"] = known & (labels == Label.UNAVAILABLE)
         if depth is not None:
-            parts["beyond_range"] = known & (depth > self._max_range)
+            distance = depth if true_depth is None else true_depth
+            is_seen = np.isfinite(depth)
+            parts["near"] = known & is_seen & (distance <= self._max_range)
+            parts["beyond_range"] = known & (distance > self._max_range)
+            parts["missing"] = known & ~is_seen & (distance <= self._max_range)
         return parts
 
     def ranking(self, part: str = "all") -> Ranking:

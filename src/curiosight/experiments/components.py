@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,11 @@ from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner import SaliencyLearner, Teaches
 from curiosight.segmentation import Survey, Teacher, survey_recording
+from curiosight.worlds import ReplayWorld
+from curiosight.worlds.rooms.settings import is_room
+
+if TYPE_CHECKING:
+    from curiosight.worlds.room_world import RoomWorld
 
 
 def make_teacher(config: Config, dataset: Dataset) -> Teacher:
@@ -150,6 +156,22 @@ def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = Non
         orientation_split=config.explorer.orientation_split,
         up=survey.up_world if survey is not None else None,
     )
+
+
+def make_world(
+    config: Config, dataset: Dataset, regions: Regions, indices: Sequence[int]
+) -> ReplayWorld | RoomWorld:
+    """Return a room to move through, or a recording's frames to replay.
+
+    indices: the views within reach.
+    """
+    if is_room(place(dataset)):
+        from curiosight.worlds.room_world import RoomWorld
+        from curiosight.worlds.rooms.views import RoomViews
+
+        assert isinstance(dataset, RoomViews)
+        return RoomWorld(dataset, regions.of_view, indices=indices)
+    return ReplayWorld(dataset, regions.of_view, indices=indices, memory_mb=config.run.memory_mb)
 
 
 def choose_strategy(

@@ -125,11 +125,12 @@ def _score(
     scores: MapScores, learner: SaliencyLearner, truth: Truth, problems: Problems
 ) -> Iterator[Frame]:
     """Add the maps of a truth's usable frames to the scores; yield each frame when it is done."""
-    for frame, labels in truth:
+    for index, (frame, labels) in zip(truth.indices, truth, strict=True):
         problems.add(frame)
         if labels is not None:
             taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
-            scores.add(frame.id, learner.saliency(frame.rgb), labels, taught, frame.depth)
+            saliency, distances = learner.saliency(frame.rgb), truth.true_depth(index)
+            scores.add(frame.id, saliency, labels, taught, frame.depth, distances)
         yield frame
 
 

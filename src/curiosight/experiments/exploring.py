@@ -21,6 +21,7 @@ from curiosight.experiments.components import (
     load_learner,
     make_learner,
     make_teacher,
+    make_world,
     note_frames,
     place,
 )
@@ -29,9 +30,11 @@ from curiosight.experiments.problems import Problems
 from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.explore import Step, explore
-from curiosight.worlds import Odometer, ReplayWorld
+from curiosight.worlds import Odometer
+from curiosight.worlds.rooms.settings import is_room
 
 MODEL = "model.npz"
+N_ROOM_TEST_VIEWS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +53,10 @@ class StepRow:
 
 
 class Exploration:
-    """One exploration of a recording, written to a folder while it runs.
+    """One exploration of a recording or a room, written to a folder while it runs.
 
-    test_source: another recording to test on, instead of the settings' `test.every`.
+    test_source: another recording to test on, instead of the settings' `test.every`; a room
+        is tested on views of its own unless either is given.
     continued: a model to go on with, see `load_run_model`; its features and forest replace
         those of the settings.
     """
@@ -73,6 +77,8 @@ class Exploration:
         self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
+        if test_source is None and not config.test.every and is_room(place(dataset)):
+            test_source = dataset.test_views(N_ROOM_TEST_VIEWS)
         training, test = _split(config, dataset, test_source)
         self.teacher = make_teacher(config, dataset)
         self.regions = choose_regions(config, dataset, self.teacher.survey)
@@ -81,9 +87,7 @@ class Exploration:
         else:
             self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
-        self.world = ReplayWorld(
-            dataset, self.regions.of_view, indices=training, memory_mb=config.run.memory_mb
-        )
+        self.world = make_world(config, dataset, self.regions, training)
         self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
         self.world.upcoming = self._strategy.upcoming
         self.truth = self._find_truth(test_source, test)

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets import Dataset, Prefetch
+from curiosight.datasets import Dataset, KnowsDistances, Prefetch
 from curiosight.errors import DataError
 from curiosight.experiments.components import place
 from curiosight.experiments.problems import Problems
-from curiosight.frame import Frame, Rgb
+from curiosight.frame import Depth, Frame, Rgb
 from curiosight.learner import Teaches
 
 Labels = npt.NDArray[np.uint8]
@@ -40,6 +40,10 @@ class Truth:
                     except DataError as error:
                         frame = replace(frame, problem=f"ground truth: {error.found}")
                 yield frame, labels
+
+    def true_depth(self, index: int) -> Depth | None:
+        """Return a frame's real distances; None where the recording knows only its sensor's."""
+        return self.dataset.true_depth(index) if isinstance(self.dataset, KnowsDistances) else None
 
     def labelled_frames(self, problems: Problems) -> Iterator[tuple[Rgb, Labels]]:
         """Yield images and labels of the usable frames; note what is wrong with the others.

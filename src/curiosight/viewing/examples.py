@@ -34,13 +34,16 @@ class Example:
     """A frame to show: its image, what the teacher said of it, what was predicted.
 
     caption: the frame's id, for instance.
+    segmentation: None where no teacher was asked.
     saliency: (h, w) in [0, 1], as large as the image or as the shrunken one.
+    ground_truth: (H, W) uint8 labels; None where it is not known. Only reports show it.
     """
 
     caption: str
     rgb: Rgb
-    segmentation: Segmentation
+    segmentation: Segmentation | None
     saliency: npt.NDArray[np.floating]
+    ground_truth: npt.NDArray[np.uint8] | None = None
 
 
 @with_style
@@ -64,7 +67,8 @@ def examples(shown: Sequence[Example], path: Path | str) -> None:
 
 def _draw_row(panels: Sequence[Axes], example: Example) -> None:
     panels[0].imshow(example.rgb)
-    panels[1].imshow(overlay_labels(example.rgb, example.segmentation))
+    if example.segmentation is not None:
+        panels[1].imshow(overlay_labels(example.rgb, example.segmentation))
     panels[2].imshow(example.saliency, cmap=_HEAT, vmin=0, vmax=1)
     panels[0].set_ylabel(example.caption, fontsize=8)
     for panel in panels:

@@ -2,7 +2,8 @@
 
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.sources import open_source
 from curiosight.worlds.travel import Odometer, travel
 from curiosight.worlds.world import World
 
-__all__ = ["Odometer", "ReplayWorld", "World", "check_world", "travel"]
+__all__ = ["Odometer", "ReplayWorld", "World", "check_world", "open_source", "travel"]

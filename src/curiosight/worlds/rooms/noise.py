@@ -24,16 +24,18 @@ def noise(
     spectrum *= fall_v[:, None] * fall_u
     spectrum[0, 0] = 0
     field = np.fft.irfft2(spectrum, shape)
-    return (field / field.std()).astype(np.float32)
+    return np.asarray(field / field.std(), np.float32)
 
 
 def shaded(colour: npt.ArrayLike, shade: npt.ArrayLike) -> Texture:
     """Return (h, w, 3) sRGB: a colour, or an image of them, made (1 + shade) times as bright."""
     brightness = 1 + np.asarray(shade, np.float32)[..., None]
-    return np.clip(np.asarray(colour, np.float32) * brightness + 0.5, 0, 255).astype(np.uint8)
+    shades = np.asarray(colour, np.float32) * brightness + 0.5
+    return np.array(np.clip(shades, 0, 255), np.uint8, order="C")
 
 
-def mixed(share: Field, first: npt.ArrayLike, second: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def mixed(share: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike) -> Field:
     """Return (h, w, 3) colours: the first where share is 0, the second where it is 1."""
     start = np.asarray(first, np.float32)
-    return start + np.clip(share, 0, 1)[..., None] * (np.asarray(second, np.float32) - start)
+    part = np.clip(np.asarray(share, np.float32), 0, 1)[..., None]
+    return start + part * (np.asarray(second, np.float32) - start)

@@ -7,16 +7,14 @@ face once: uv run from 0 to 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Pose
-from curiosight.worlds.rooms.mesh import Floats, Material, Mesh, join
+from curiosight.worlds.rooms.mesh import Material, Mesh, join
+from curiosight.worlds.rooms.surfaces import Points, ears, grid, polygon, unit, upright, warped
 
-Points = npt.NDArray[np.floating[Any]]
 Face = tuple[Points, Points, Points]
 
 # A profile that turns by more than this has an edge there; less is a round body's facets.
@@ -39,13 +37,13 @@ def panel(
     spacing: greatest distance of its vertices.
     """
     start, right, up = (np.asarray(vector, np.float64) for vector in (origin, along, across))
-    width, height = np.linalg.norm(right), np.linalg.norm(up)
+    width, height = float(np.linalg.norm(right)), float(np.linalg.norm(up))
     u, v = _steps(width, spacing), _steps(height, spacing)
     points = start + u[None, :, None] * right + v[:, None, None] * up
     normal = np.cross(right, up)
     normals = np.broadcast_to(normal / np.linalg.norm(normal), points.shape)
     scale = (1.0, 1.0) if fit else (width, height)
-    return grid(points, normals, _upright(u * scale[0], (1 - v) * scale[1]), material)
+    return grid(points, normals, upright(u * scale[0], (1 - v) * scale[1]), material)
 
 
 def box_faces(size: tuple[float, float, float], lift: float = 0.0) -> tuple[Face, ...]:
@@ -96,14 +94,14 @@ def rounded_box(
     centre = np.array([0, 0, lift + half[2]])
     meshes = []
     for origin, along, across in box_faces(size, lift):
-        width, height = np.linalg.norm(along), np.linalg.norm(across)
+        width, height = float(np.linalg.norm(along)), float(np.linalg.norm(across))
         u = _bevelled_steps(width, radius, n_bevel, spacing)
         v = _bevelled_steps(height, radius, n_bevel, spacing)
         corner = origin + u[None, :, None] * along + v[:, None, None] * across - centre
         core = np.clip(corner, radius - half, half - radius)
-        normals = _unit(corner - core)
+        normals = unit(corner - core)
         scale = (1.0, 1.0) if fit else (width, height)
-        uv = _upright(u * scale[0], (1 - v) * scale[1])
+        uv = upright(u * scale[0], (1 - v) * scale[1])
         meshes.append(grid(centre + core + radius * normals, normals, uv, material))
     return join(meshes)
 
@@ -136,10 +134,10 @@ def lathe(
     u = angles / (2 * np.pi) if fit else angles * points[:, 0].max()
     v = remaining / lengths.sum() if fit else remaining
     runs = []
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         part = points[first : last + 1]
         normals = _profile_normals(part, sides[first:last])
-        uv = _upright(u, v[first : last + 1])
+        uv = upright(u, v[first : last + 1])
         runs.append(grid(_swept(part, angles), _swept(normals, angles), uv, material))
     return join(runs)
 
@@ -200,26 +198,36 @@ def tube(
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     taper = np.gradient(radii, travelled)[:, None, None]
     surface = points[:, None] + radii[:, None, None] * outwards
-    uv = _upright(angles * radii.max(), travelled)
-    side = grid(surface, _unit(outwards - taper * tangents[:, None]), uv, material)
+    uv = upright(angles * radii.max(), travelled)
+    side = grid(surface, unit(outwards - taper * tangents[:, None]), uv, material)
     if closed:
         return side
-    return join([side, _cap(surface[0], -tangents[0], material), _cap(surface[-1], tangents[-1], material)])
+    fan = np.array([(0, i, i + 1) for i in range(1, n_around - 1)])
+    start = polygon(surface[0, :-1], fan[:, ::-1], material)
+    return join([side, start, polygon(surface[-1, :-1], fan, material)])
 
 
-def ring(radius: float, thickness: float, material: Material, *, n_around: int = 24) -> Mesh:
+def ring(
+    radius: float, thickness: float, material: Material, *, n_around: int = 24, n_rod: int = 8
+) -> Mesh:
     """Return a torus about the z axis at z = 0; thickness: radius of its rod."""
     angles = np.arange(n_around) * 2 * np.pi / n_around
     path = radius * np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1)
-    return tube(path, thickness, material, n_around=8, closed=True)
+    return tube(path, thickness, material, n_around=n_rod, closed=True)
 
 
 def disc(
     radius: float, material: Material, *, n_around: int = 24, lift: float = 0.0, fit: bool = False
 ) -> Mesh:
     """Return a round plate of no thickness that looks up; uv as of the square around it."""
-    plate = lathe([(radius, lift), (0.0, lift)], material, n_around=n_around)
-    return _flat_uv(plate, radius, fit)
+    angles = np.linspace(0, 2 * np.pi, n_around + 1)
+    rings = np.linspace(radius, 0, max(2, round(radius / 0.03) + 1))
+    circle = np.stack([np.cos(angles), np.sin(angles)], 1)
+    plane = rings[:, None, None] * circle
+    points = np.concatenate([plane, np.full((*plane.shape[:2], 1), lift)], 2)
+    uv = (plane + radius) * [1, -1] + [0, 2 * radius]
+    normals = np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+    return grid(points, normals, uv / (2 * radius) if fit else uv, material)
 
 
 def extrude(
@@ -230,82 +238,70 @@ def extrude(
     outline: (N, 2) x and y, counter-clockwise, simple, not closed.
     """
     corners = np.asarray(outline, np.float64)
+    if _signed_area(corners) <= 0:
+        raise ValueError("outline: expected corners counter-clockwise, got them clockwise")
     following = np.roll(corners, -1, axis=0)
     up = np.array([0, 0, height])
     sides = [
         panel((*start, lift), (*(end - start), 0.0), up, material)
         for start, end in zip(corners, following, strict=True)
     ]
-    ears = _ears(corners)
+    triangles = ears(corners)
     top = np.column_stack([corners, np.full(len(corners), lift + height)])
-    lids = [_flat(top, ears, material), _flat(top - up, ears[:, ::-1], material)]
+    lids = [polygon(top, triangles, material), polygon(top - up, triangles[:, ::-1], material)]
     return join([*sides, *lids])
 
 
-def sheet(points: Points, material: Material) -> Mesh:
-    """Return a bent surface through a grid of points, (R, C, 3), with smooth normals.
-
-    It looks to the side of (along a row) × (to the next row). The texture covers it once,
-    upright where rows go upwards.
-    """
-    normals = _unit(np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0)))
-    u, v = np.linspace(0, 1, points.shape[1]), np.linspace(1, 0, points.shape[0])
-    return grid(points, normals, _upright(u, v), material)
+def _signed_area(outline: Points) -> float:
+    x, y = outline.T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2)
 
 
-def grid(points: Points, normals: Points, uv: Points, material: Material) -> Mesh:
-    """Return a surface through a grid: points and normals (R, C, 3), uv (R, C, 2).
-
-    It looks to the side of (along a row) × (to the next row); triangles without area, as at
-    a pole, are left out.
-    """
-    rows, columns = points.shape[:2]
-    corner = np.arange(rows * columns).reshape(rows, columns)
-    a, b, c, d = corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]
-    triangles = np.stack([a, b, c, a, c, d], -1).reshape(-1, 3)
-    return _mesh(points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), triangles, material)
+def _steps(length: float, spacing: float) -> Points:
+    return np.linspace(0, 1, max(1, int(np.ceil(length / spacing - 1e-9))) + 1)
 
 
-def warped(mesh: Mesh, warp: Callable[[Points], Points]) -> Mesh:
-    """Return the mesh after a smooth map of space, (V, 3) -> (V, 3), that keeps its creases."""
-    points = mesh.vertices.astype(np.float64)
-    step = 1e-5
-    columns = [(warp(points + e) - warp(points - e)) / (2 * step) for e in step * np.eye(3)]
-    a, b, c = columns
-    # The cofactors carry normals; their sign follows the map's, so a mirror is noticed.
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], -1)
-    orientation = np.sign(np.einsum("ni,ni->n", a, np.cross(b, c)))
-    normals = np.einsum("nij,nj->ni", cofactors, mesh.normals) * orientation[:, None]
-    triangles = mesh.triangles[:, ::-1] if orientation.sum() < 0 else mesh.triangles
-    return Mesh(
-        warp(points).astype(np.float32),
-        _unit(normals).astype(np.float32),
-        mesh.uv,
-        np.ascontiguousarray(triangles),
-        mesh.surface,
-        mesh.materials,
-    )
+def _bevelled_steps(length: float, radius: float, n_bevel: int, spacing: float) -> Points:
+    # Equal angles of the round edge, from the face's border at 45 degrees to where it is flat.
+    edge = radius * (1 - np.tan(np.linspace(np.pi / 4, 0, n_bevel + 1)))
+    flat = radius + (length - 2 * radius) * _steps(length - 2 * radius, spacing)
+    return np.unique(np.concatenate([edge, flat, length - edge]).round(9)) / length
 
 
-def turned(axis: npt.ArrayLike, angle: float, at: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
-    """Return the motion that turns by radians about an axis through 0, then shifts by `at`."""
-    x, y, z = _unit(np.asarray(axis, np.float64))
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
-    pose[:3, 3] = at
-    return pose
+def _refined(profile: Points, spacing: float) -> Points:
+    parts = [
+        start + _steps(float(np.linalg.norm(end - start)), spacing)[:-1, None] * (end - start)
+        for start, end in pairwise(profile)
+    ]
+    return np.concatenate([*parts, profile[-1:]])
 
 
-def _mesh(points: Points, normals: Points, uv: Points, triangles: Points, material: Material) -> Mesh:
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    kept = triangles[areas > 1e-12].astype(np.int32)
-    return Mesh(
-        points.astype(np.float32),
-        normals.astype(np.float32),
-        uv.astype(np.float32),
-        kept,
-        np.zeros(len(kept), np.int32),
-        (material,),
-    )
+def _swept(profile: Points, angles: Points) -> Points:
+    """Turn (N, 2) radius and height to (N, A, 3) points."""
+    radius, height = profile[:, :1], np.broadcast_to(profile[:, 1:], (len(profile), len(angles)))
+    return np.stack([radius * np.cos(angles), radius * np.sin(angles), height], -1)
+
+
+def _profile_normals(points: Points, sides: Points) -> Points:
+    normals = np.concatenate([sides[:1], sides]) + np.concatenate([sides, sides[-1:]])
+    # A smooth body is level at its poles.
+    is_pole = (points[:, 0] < 1e-9) & (np.abs(normals[:, 1]) > np.abs(normals[:, 0]))
+    normals[is_pole, 0] = 0.0
+    return unit(normals)
+
+
+def _carried_frames(points: Points, closed: bool) -> tuple[Points, Points, Points]:
+    """Return tangents and two directions across them, (N, 3) each, without needless twist."""
+    if closed:
+        around = np.concatenate([points[-2:-1], points, points[1:2]])
+        tangents = unit(around[2:] - around[:-2])
+    else:
+        tangents = unit(np.gradient(points, axis=0))
+    first = np.empty_like(tangents)
+    away = np.eye(3)[np.argmin(np.abs(tangents[0]))]
+    for i, tangent in enumerate(tangents):
+        away = unit(away - (away @ tangent) * tangent)
+        first[i] = away
+    if closed:
+        first[-1] = first[0]
+    return tangents, first, np.cross(tangents, first)

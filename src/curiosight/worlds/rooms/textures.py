@@ -5,14 +5,13 @@ Where a texture has a size of its own, its docstring names the length that one r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from curiosight.worlds.rooms.mesh import Texture
-from curiosight.worlds.rooms.noise import Field, mixed, noise, shaded
+from curiosight.worlds.rooms.noise import mixed, noise, shaded
 from curiosight.worlds.rooms.palette import Colour
 
 SIDE = 256
@@ -152,7 +151,9 @@ def wicker(rng: np.random.Generator, colour: Colour) -> Texture:
     is_over = (strand[:, None] + strand) % 2 == 0
     lying = across[:, None] * (0.4 + 0.6 * across)
     shade = np.where(is_over, lying, lying.T) * 0.75 - 0.6
-    tone = np.where(is_over, rng.normal(0, 0.07, 8)[strand][:, None], rng.normal(0, 0.07, 8)[strand])
+    tone = np.where(
+        is_over, rng.normal(0, 0.07, 8)[strand][:, None], rng.normal(0, 0.07, 8)[strand]
+    )
     return shaded(colour, shade + tone + 0.05 * noise(rng, (side, side), 0.7))
 
 
@@ -160,18 +161,16 @@ def leaves(rng: np.random.Generator, colour: Colour) -> Texture:
     """Return foliage: many small leaves of like colours over a dark ground; about 0.4 m."""
     texture = shaded(colour, -0.6 + 0.1 * noise(rng, (SIDE, SIDE), 4))
     for layer in np.linspace(0, 1, 260):
-        centre = rng.integers(0, SIDE, 2)
-        size = (int(rng.integers(9, 20)), int(rng.integers(4, 8)))
+        at = rng.integers(0, SIDE, 2)
+        half = (int(rng.integers(9, 20)), int(rng.integers(4, 8)))
         turn = float(rng.uniform(0, 180))
         tint = np.asarray(colour) * (0.5 + 0.6 * layer + rng.normal(0, 0.1)) + rng.normal(0, 6, 3)
-        rgb = [float(channel) for channel in np.clip(tint, 0, 255)]
-        _wrapped(
-            texture,
-            centre,
-            lambda image, at, size=size, turn=turn, rgb=rgb: cv2.ellipse(
-                image, at, size, turn, 0, 360, rgb, -1, cv2.LINE_AA
-            ),
-        )
+        rgb = np.clip(tint, 0, 255).tolist()
+        # A leaf that leaves on one side comes in on the other.
+        for shift in np.ndindex(3, 3):
+            centre = at + SIDE * (np.array(shift) - 1)
+            if (np.abs(centre - SIDE / 2) < SIDE / 2 + 20).all():
+                cv2.ellipse(texture, centre.tolist(), half, turn, 0, 360, rgb, -1, cv2.LINE_AA)
     return texture
 
 
@@ -179,4 +178,6 @@ def soil(rng: np.random.Generator) -> Texture:
     """Return potting earth; about 0.2 m."""
     shape = (128, 128)
     crumbs = 0.3 * noise(rng, shape, 1.2) + 0.15 * noise(rng, shape, 4)
-    return shaded((58, 42, 32), np.maximum(crumbs, -0.7) + np.clip(noise(rng, shape, 0.8) - 2.3, 0, 1))
+    return shaded(
+        (58, 42, 32), np.maximum(crumbs, -0.7) + np.clip(noise(rng, shape, 0.8) - 2.3, 0, 1)
+    )

@@ -1,0 +1,254 @@
+"""Draw what an exploration did: its figures, and the report that a person opens first."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+from statistics import fmean
+from typing import Any
+
+from curiosight import __version__
+from curiosight.cli.talk import NOTHING_LEARNED, count
+from curiosight.config import to_toml
+from curiosight.datasets import Dataset
+from curiosight.datasets.recording import GroundTruth
+from curiosight.errors import DataError
+from curiosight.experiments.exploring import Exploration
+from curiosight.experiments.output import OutputFolder
+from curiosight.exploration.from_above import seen_from_above
+from curiosight.explore import Step
+from curiosight.viewing.examples import Example
+from curiosight.viewing.examples import examples as draw_examples
+from curiosight.viewing.figures import learning_curve, time_per_region
+from curiosight.viewing.region_map import regions_from_above
+from curiosight.viewing.report import (
+    ExampleGroup,
+    Making,
+    Report,
+    ResultRow,
+    Results,
+    RoomMap,
+    write_report,
+)
+
+N_TEST_EXAMPLES = 3
+N_LOOKS = 10  # that the errors at first and at the end are means of
+REPORT = "report.html"
+_WAYS = {
+    "iac": "going where it learned fastest",
+    "random": "looking around at random",
+    "chronological": "in the order of the recording",
+}
+_STAGES = {
+    "capture": "read the frame",
+    "describe": "describe its colours",
+    "segment": "teacher: label it from depth",
+    "predict": "predict from colour",
+    "learn": "learn",
+    "test": "test",
+}
+_FILES = {
+    "steps.csv": "every step: frame, region, errors, learning progress",
+    "timings.csv": "milliseconds of every step",
+    "summary.json": "the results, for programs",
+    "config.toml": "all settings",
+    "model.npz": "the model, to map or evaluate with, or to go on from",
+    "figures/": "the figures as PNG",
+}
+
+
+def draw_exploration(
+    run: Exploration, summary: dict[str, Any], steps: Sequence[Step], command: Sequence[str]
+) -> None:
+    """Write figures/ and report.html into the run's folder.
+
+    summary: what `Exploration.finish` returned. steps: those to show as examples.
+    command: that runs it again from this folder.
+    """
+    taught = [_example_of(run, step) for step in steps]
+    _draw_figures(run, run.out, taught)
+    write_report(exploration_report(run, summary, taught, command), run.out.file(REPORT))
+
+
+def exploration_report(
+    run: Exploration, summary: dict[str, Any], taught: Sequence[Example], command: Sequence[str]
+) -> Report:
+    """Tell an exploration as a report; see `draw_exploration`."""
+    unseen = list(_test_examples(run)) if not run.n_learned else []
+    return Report(
+        title=f"A look around {Path(summary['source']).name}",
+        sentence=_sentence(run, summary),
+        took=_took(summary["seconds"]),
+        results=[_results(run)],
+        examples=[
+            ExampleGroup("Views it never learned from", unseen),
+            ExampleGroup("Views it learned from", taught),
+        ],
+        steps=run.rows,
+        region_names=run.regions.names,
+        room_map=RoomMap(
+            seen_from_above(run.dataset.poses, run.teacher.survey.up_world),
+            run.regions.of_view,
+            _visited(run),
+        ),
+        making=_making(run, summary, command),
+        problems=list(_problems(run, summary)),
+        limits=list(_limits(run)),
+    )
+
+
+def _draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Example]) -> None:
+    learning_curve(run.rows, folder.file("figures/learning_curve.png"))
+    names = run.regions.names
+    time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))
+    regions_from_above(
+        run.dataset.poses,
+        run.regions,
+        _visited(run),
+        folder.file("figures/regions.png"),
+        up=run.teacher.survey.up_world,
+    )
+    if taught:
+        draw_examples(taught, folder.file("figures/examples.png"))
+
+
+def _visited(run: Exploration) -> list[int]:
+    """Return the view of each step."""
+    indices = {id: index for index, id in enumerate(run.dataset.ids)}
+    return [indices[row.id] for row in run.rows]
+
+
+def _example_of(run: Exploration, step: Step) -> Example:
+    frame = step.observation.frame
+    return Example(
+        frame.id,
+        frame.rgb,
+        step.observation.segmentation,
+        run.learner.saliency(frame.rgb),
+        _ground_truth(run.dataset, step.viewpoint.index),
+    )
+
+
+def _test_examples(run: Exploration) -> Iterator[Example]:
+    """Yield a few of the test frames, evenly spread, those that can be read."""
+    indices = run.truth.indices
+    n_shown = min(N_TEST_EXAMPLES, len(indices))
+    for number in range(n_shown):
+        index = indices[(2 * number + 1) * len(indices) // (2 * n_shown)]
+        frame = run.truth.dataset[index]
+        if frame.problem is None:
+            yield Example(
+                frame.id,
+                frame.rgb,
+                None if run.truth.teacher is None else run.truth.teacher.segment(frame),
+                run.learner.saliency(frame.rgb),
+                _ground_truth(run.truth.dataset, index),
+            )
+
+
+def _ground_truth(dataset: Dataset, index: int) -> GroundTruth | None:
+    """Return a frame's ground truth; None where there is none, or it is damaged."""
+    try:
+        return dataset.ground_truth(index)
+    except DataError:
+        return None
+
+
+def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
+    way = _WAYS.get(summary["strategy"], summary["strategy"])
+    sentence = (
+        f"curiosight looked at {count(len(run.rows), 'frame')} in "
+        f"{count(run.regions.n_regions, 'region')}, {way}, and learned from depth how objects "
+        "look in colour."
+    )
+    errors = _known(run, "overall_error")
+    if not errors:
+        return sentence
+    frames = count(run.held_out.n_frames, "test frame")
+    unseen = "" if run.n_learned else " it never learned from"
+    return (
+        f"{sentence} On {frames}{unseen}, its error went from {errors[0]:.2f} after the first "
+        f"look to {errors[-1]:.2f}."
+    )
+
+
+def _took(seconds: float) -> str:
+    text = f"{seconds / 60:.1f} minutes" if seconds >= 120 else f"{seconds:.0f} seconds"
+    return f"It took {text}."
+
+
+def _results(run: Exploration) -> Results:
+    rows = []
+    if errors := _known(run, "overall_error"):
+        note = f"against {'what depth says' if run.truth.kind == 'teacher' else 'ground truth'}"
+        name = f"error on {count(run.held_out.n_frames, 'test frame')}"
+        rows.append(ResultRow(name, (f"{errors[0]:.2f}", f"{errors[-1]:.2f}"), note))
+    if errors := _known(run, "error"):
+        n_looks = max(1, min(N_LOOKS, len(errors) // 2))
+        values = (f"{fmean(errors[:n_looks]):.2f}", f"{fmean(errors[-n_looks:]):.2f}")
+        note = f"against what depth says, mean of {count(n_looks, 'look')}"
+        rows.append(ResultRow("error of a look, before learning from it", values, note))
+    return Results("Error, 0 is best and 1 is worst", ("at first", "at the end"), tuple(rows))
+
+
+def _known(run: Exploration, column: str) -> list[float]:
+    values = (getattr(row, column) for row in run.rows)
+    return [value for value in values if value is not None]
+
+
+def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -> Making:
+    config = run.config
+    facts = {
+        "source": f"{summary['source']} ({summary['layout']}, {count(len(run.dataset), 'frame')})",
+        "scene": f"{summary['scene']}, as the teacher took it",
+        "strategy": config.explorer.strategy,
+        "regions": f"{run.regions.n_regions} ({run.regions.kind})",
+        "seed": str(config.run.seed),
+        "preset": config.preset,
+        "tested on": f"{run.truth.kind}, {count(run.held_out.n_frames, 'frame')}",
+        "versions": ", ".join(_versions()),
+    }
+    if summary["metres"]:
+        facts["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f}°"
+    times_ms = {
+        _STAGES.get(stage, stage): spent["median_ms"]
+        for stage, spent in summary["stages"].items()
+        if stage != "test" or run.truth.indices
+    }
+    return Making(shlex.join(command), facts, to_toml(config), times_ms, _FILES)
+
+
+def _versions() -> Iterator[str]:
+    yield f"curiosight {__version__}"
+    yield f"Python {python_version()}"
+    for package in ("numpy", "numba", "opencv-contrib-python-headless"):
+        yield f"{package} {version(package)}"
+
+
+def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:
+    yield from run.problems.sentences(summary["distinct_frames"], "taught nothing")
+    yield from run.test_problems.sentences(len(run.truth.indices), "could not be tested on")
+    if run.n_learned:
+        tested = count(len(run.truth.indices), "test frame")
+        yield f"{run.n_learned} of {tested} were learned from: the scores are too good."
+    if not run.learner.forest.is_trained:
+        yield NOTHING_LEARNED
+
+
+def _limits(run: Exploration) -> Iterator[str]:
+    if run.truth.kind == "teacher":
+        yield (
+            "There was no ground truth: the model was tested against what depth says of the test "
+            "frames. Where that is wrong or silent, as beyond its range, this page cannot tell."
+        )
+    if run.truth.kind == "nothing":
+        yield (
+            "No frames were kept for testing: errors are those of each frame before the model "
+            "learned from it, against what depth says. The option --test-every 10 keeps some."
+        )
+    if not any(pose is not None for pose in run.dataset.poses):
+        yield "The recording has no poses, so there is no map."
+    yield "It is one run with one seed; another seed gives somewhat other errors."

@@ -1,0 +1,69 @@
+"""curiosight render: a room's views as a recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from curiosight.cli import options
+from curiosight.cli.talk import Talk, count
+from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, views_from
+from curiosight.viewing.live import announce_compilation
+from curiosight.worlds.rooms.room import draw_room
+from curiosight.worlds.rooms.settings import is_room, parse_room
+from curiosight.worlds.rooms.views import RoomViews
+
+
+def render(
+    room: Annotated[
+        str, typer.Argument(metavar="ROOM", help="room:SEED[,key=value…], see docs/rooms.md.")
+    ],
+    views: Annotated[
+        int | None, typer.Option(help="How many viewpoints, drawn by the seed.", show_default="200")
+    ] = None,
+    pose: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y,HEADING",
+            help="Look from here instead: metres, and degrees from the x axis. Can be repeated.",
+        ),
+    ] = None,
+    layout: Annotated[str, typer.Option(help=" or ".join(LAYOUTS) + ".")] = "tum",
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Render a room that is drawn by seed: colour, depth, poses and ground truth."""
+    talk = Talk(quiet=quiet, as_json=json)
+    if not is_room(room):
+        raise ValueError(f"room: expected room:SEED[,key=value…], got {room!r}")
+    if views is not None and pose:
+        raise ValueError("views: expected --views or --pose, got both")
+    settings = parse_room(room)
+    if views is not None:
+        settings = replace(settings, views=views)
+    folder = OutputFolder(out, "render", Path(room), overwrite=overwrite)
+    with announce_compilation(talk.console):
+        looks = RoomViews(draw_room(settings))
+        if pose:
+            looks = views_from(looks, [_read_pose(text) for text in pose])
+        talk.introduce(Path(room), looks)
+        with talk.following("render", len(looks)) as shown:
+            for _ in render_room(looks, cast(Layout, layout), folder):
+                shown.advance()
+    summary = {"room": looks.path, "views": len(looks), "layout": layout, "out": str(folder.path)}
+    rows = {"views": count(len(looks), "view"), "layout": layout, "written to": folder.path}
+    talk.results("render", rows, summary)
+
+
+def _read_pose(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, heading = (float(number) for number in text.split(","))
+    except ValueError:
+        raise ValueError(f"pose: expected X,Y,HEADING such as 1.5,2,90, got {text!r}") from None
+    return x, y, heading

@@ -1,0 +1,99 @@
+"""Write the views of a room as a recording, in a layout that others read too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from curiosight.datasets import seven_scenes, tum_rgbd
+from curiosight.experiments.output import OutputFolder
+from curiosight.frame import Camera, Depth, Frame, Pose
+from curiosight.worlds.rooms.viewpoints import camera_pose
+from curiosight.worlds.rooms.views import CAMERA, RoomViews
+
+Layout = Literal["7scenes", "tum"]
+LAYOUTS: tuple[Layout, ...] = ("7scenes", "tum")
+
+# As if the robot had looked around once a second, at any time.
+FIRST_STAMP_S = 1_700_000_000
+
+
+def views_from(views: RoomViews, places: Sequence[tuple[float, float, float]]) -> RoomViews:
+    """Return the views from chosen places of the same room: metres x, y, degrees heading.
+
+    Raises ValueError for a place where a robot cannot stand.
+    """
+    settings = views.room.settings
+    for x, y, _ in places:
+        views.free_space.check(np.array([x, y]))
+    poses = [
+        camera_pose(*place, height=settings.height, tilt_deg=settings.tilt) for place in places
+    ]
+    return RoomViews(views.room, poses)
+
+
+def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Iterator[Frame]:
+    """Write every view with pose and ground truth; yield each when it is on disk."""
+    if layout not in LAYOUTS:
+        raise ValueError(f"layout: expected {' or '.join(LAYOUTS)}, got {layout!r}")
+    out.write_text("room.txt", f"{views.path}\n")
+    return _as_seven_scenes(views, out) if layout == "7scenes" else _as_tum(views, out)
+
+
+def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
+    """Write colour and depth as that Kinect gives them: from two places, not registered."""
+    T_colour_depth = np.eye(4)
+    T_colour_depth[:3, 3] = seven_scenes.COLOUR_FROM_DEPTH_METRES
+    for index, T_room_colour in enumerate(views.poses):
+        id = f"frame-{index:06d}"
+        T_room_depth = T_room_colour @ T_colour_depth
+        rng = views.looks_stream(index)
+        colour = views.look_from(T_room_colour, id, rng, camera=seven_scenes.COLOUR_CAMERA)
+        depth = views.look_from(T_room_depth, id, rng, camera=seven_scenes.DEPTH_CAMERA).frame.depth
+        assert depth is not None
+        out.write_image(f"seq-01/{id}.color.png", colour.frame.rgb)
+        out.write_image(f"seq-01/{id}.depth.png", _in_units(depth, seven_scenes.MILLIMETRE))
+        rows = ("\t".join(f"{value:.9e}" for value in row) for row in T_room_depth)
+        out.write_text(f"seq-01/{id}.pose.txt", "\n".join(rows) + "\n")
+        out.write_image(f"ground_truth/{id}.png", colour.truth)
+        yield colour.frame
+
+
+def _as_tum(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
+    """Write registered depth, lists of files by stamp, and the trajectory."""
+    out.write_text("camera.json", json.dumps(_camera_file(CAMERA), indent=1) + "\n")
+    stamps = [f"{FIRST_STAMP_S + index}.000000" for index in range(len(views))]
+    for kind in ("rgb", "depth"):
+        lines = [f"{stamp} {kind}/{stamp}.png" for stamp in stamps]
+        out.write_text(f"{kind}.txt", "\n".join(["# timestamp filename", *lines]) + "\n")
+    trajectory = [_pose_line(*posed) for posed in zip(stamps, views.poses, strict=True)]
+    heading = "# timestamp tx ty tz qx qy qz qw"
+    out.write_text("groundtruth.txt", "\n".join([heading, *trajectory]) + "\n")
+    for index, stamp in enumerate(stamps):
+        look = views.look(index)
+        assert look.frame.depth is not None
+        out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
+        out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.DEPTH_SCALE))
+        out.write_image(f"ground_truth/{stamp}.png", look.truth)
+        yield look.frame
+
+
+def _in_units(depth: Depth, scale: float) -> npt.NDArray[np.uint16]:
+    """Return 16-bit depth, 0 = no reading or too far to be written."""
+    units = np.rint(depth / scale)
+    return np.where(units < 65535, units, 0).astype(np.uint16)
+
+
+def _camera_file(camera: Camera) -> dict[str, Any]:
+    numbers = {key: getattr(camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
+    return {**numbers, "depth_scale": tum_rgbd.DEPTH_SCALE}
+
+
+def _pose_line(stamp: str, pose: Pose) -> str:
+    numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
+    return " ".join([stamp, *(f"{number:.9f}" for number in numbers)])

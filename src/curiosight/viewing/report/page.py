@@ -1,0 +1,187 @@
+"""Put the page together, a section for all that the report has content for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+
+from curiosight.files import replace_file
+from curiosight.viewing.report.content import Making, Report, ResultRow, Results
+from curiosight.viewing.report.curve import N_MEAN, learning_curve
+from curiosight.viewing.report.floor_plan import floor_plan, grid_of
+from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number
+from curiosight.viewing.report.pictures import example_groups
+from curiosight.viewing.report.region_time import (
+    region_key,
+    region_styles,
+    time_in_regions,
+    window_of,
+)
+
+# Even what slipped through could load nothing and run nothing.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+_EXAMPLES = (
+    "Depth teaches: it shows what stands out from floor, tables and walls, as far as depth "
+    "reaches. From that the model learns how such things look, and then finds them in colour "
+    "alone, the brighter the surer."
+)
+_CURVE = (
+    "The error is 1 − F1: 0 where the model finds all of the objects and nothing else, 1 where it "
+    "finds nothing right. Each dot is a frame before the model learned from it, compared with "
+    f"what depth says; the thin line is their mean over {N_MEAN}."
+)
+
+
+def write_report(report: Report, path: Path) -> None:
+    """Write the page, completely or not at all; raise `DataError` where that cannot be.
+
+    The same report gives the same bytes.
+    """
+    # A path of Linux may hold bytes that are no text; they become question marks.
+    replace_file(path, report_html(report).encode("utf-8", "replace"))
+
+
+def report_html(report: Report) -> str:
+    """Return the page: one file that asks for nothing from outside and runs no script."""
+    style = files(__package__).joinpath("report.css").read_text("utf-8")
+    head = element(
+        "head",
+        {},
+        element("meta", {"charset": "utf-8"}),
+        element("meta", {"http-equiv": "Content-Security-Policy", "content": _POLICY}),
+        element("meta", {"name": "viewport", "content": "width=device-width, initial-scale=1"}),
+        element("meta", {"name": "color-scheme", "content": "light dark"}),
+        element("title", {}, report.title),
+        element("style", {}, Markup(style + region_styles(report.region_names))),
+    )
+    body = element("body", {}, element("main", {}, *_sections(report)))
+    return "<!DOCTYPE html>\n" + element("html", {"lang": "en"}, head, body) + "\n"
+
+
+def _sections(report: Report) -> Iterator[Markup]:
+    yield _opening(report)
+    if any(group.examples for group in report.examples):
+        yield _section("examples", "What it sees", _EXAMPLES, example_groups(report.examples))
+    if report.steps:
+        yield _curve(report)
+    if report.room_map is not None:
+        yield _map(report)
+    if report.steps and report.region_names:
+        yield _regions(report)
+    yield _list_section("problems", "What went wrong", report.problems)
+    yield _list_section("limits", "What this page cannot tell", report.limits)
+    if report.making is not None:
+        yield _making(report.making)
+
+
+def _opening(report: Report) -> Markup:
+    """Say what happened, and the results."""
+    parts = [element("h1", {}, report.title), element("p", {"class": "lead"}, report.sentence)]
+    if report.took:
+        parts.append(element("p", {"class": "measured"}, report.took))
+    return element("header", {}, *parts, *map(_results, report.results))
+
+
+def _results(table: Results) -> Markup:
+    if not table.rows:
+        return NOTHING
+    head = [element("th", {"scope": "col"}, column) for column in table.columns]
+    return element(
+        "table",
+        {"class": "results"},
+        element("caption", {}, table.title),
+        element("thead", {}, element("tr", {}, element("td", {}), *head)),
+        element("tbody", {}, *[_result_row(row) for row in table.rows]),
+    )
+
+
+def _result_row(row: ResultRow) -> Markup:
+    note = element("small", {}, row.note) if row.note else NOTHING
+    values = [element("td", {}, value) for value in row.values]
+    return element("tr", {}, element("th", {"scope": "row"}, row.name, note), *values)
+
+
+def _curve(report: Report) -> Markup:
+    chart = learning_curve(report.steps)
+    if not chart:
+        return NOTHING
+    figure = element("figure", {"class": "curve"}, chart)
+    return _section("curve", "How it learned", _CURVE, figure)
+
+
+def _map(report: Report) -> Markup:
+    room = report.room_map
+    plan = NOTHING if room is None else floor_plan(room, report.region_names)
+    if room is None or not plan:
+        return NOTHING
+    text = (
+        "The room from above. Each wedge is a look, from where the camera stood to where it "
+        "pointed, in the colour of its region; a larger dot was looked from more often. Small "
+        "ticks are the other views, the thin line is its way. "
+        f"Squares of {number(grid_of(room))} m."
+    )
+    if any(footprint.is_object for footprint in room.footprints):
+        text += " Green outlines are objects."
+    figure = element("figure", {}, plan, region_key(report.region_names))
+    return _section("map", "Where it looked", text, figure)
+
+
+def _regions(report: Report) -> Markup:
+    window = min(window_of(len(report.steps)), len(report.steps))
+    text = (
+        f"Filled: the share of {window} frames that each region got, over the run. Line: "
+        "learning progress, how fast the error falls there, cut off at the top. All strips have "
+        "the same scale."
+    )
+    table = time_in_regions(report.steps, report.region_names)
+    return _section("regions", "Where the time went", text, table)
+
+
+def _list_section(name: str, title: str, lines: Sequence[str]) -> Markup:
+    if not lines:
+        return NOTHING
+    return _section(name, title, "", element("ul", {}, *[element("li", {}, x) for x in lines]))
+
+
+def _making(making: Making) -> Markup:
+    parts = [element("pre", {}, element("code", {}, making.command))]
+    if making.facts:
+        parts.append(_pairs(making.facts))
+    if making.times_ms:
+        parts.append(_times(making.times_ms))
+    if making.files:
+        parts += [element("h3", {}, "Beside this page"), _pairs(making.files, is_code=True)]
+    if making.settings:
+        summary = element("summary", {}, "All settings")
+        parts.append(element("details", {}, summary, element("pre", {}, making.settings)))
+    return _section("making", "How this was made", "", join(parts))
+
+
+def _pairs(pairs: Mapping[str, str], *, is_code: bool = False) -> Markup:
+    kind = "code" if is_code else "span"
+    terms = [
+        join((element("dt", {}, element(kind, {}, name)), element("dd", {}, text)))
+        for name, text in pairs.items()
+    ]
+    return element("dl", {}, *terms)
+
+
+def _times(times_ms: Mapping[str, float]) -> Markup:
+    """Return a bar for each stage."""
+    longest = max(1e-9, *times_ms.values())
+    rows = []
+    for stage, spent in times_ms.items():
+        bar = element("span", {"class": "bar", "style": f"width:{number(100 * spent / longest)}%"})
+        name = element("th", {"scope": "row"}, stage)
+        cells = element("td", {}, bar), element("td", {"class": "count"}, f"{spent:.1f}")
+        rows.append(element("tr", {}, name, *cells))
+    caption = element("caption", {}, "Milliseconds of each stage, per frame")
+    return element("table", {"class": "times measured"}, caption, element("tbody", {}, *rows))
+
+
+def _section(name: str, title: str, text: str, content: Markup) -> Markup:
+    heading = element("h2", {"id": name}, title)
+    introduction = element("p", {}, text) if text else NOTHING
+    return element("section", {"aria-labelledby": name}, heading, introduction, content)

@@ -1,0 +1,134 @@
+"""Where a robot can stand in a room, and how long its ways are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+Polygon = npt.NDArray[np.floating[Any]]  # (K, 2) metres
+Place = npt.NDArray[np.floating[Any]]  # (2,) metres
+Mask = npt.NDArray[np.bool_]
+
+# To the right, down, and both diagonals; the graph is undirected.
+_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+
+
+class FreeSpace:
+    """The floor that a round robot can reach.
+
+    outline: of the room. obstacles: footprints of what stands on the floor.
+    radius: of the robot, metres. cell: side of a grid cell, metres.
+
+    Where obstacles cut the room in pieces, only the largest counts.
+    """
+
+    def __init__(
+        self,
+        outline: Polygon,
+        obstacles: Sequence[Polygon],
+        *,
+        radius: float = 0.30,
+        cell: float = 0.05,
+    ) -> None:
+        self._cell = cell
+        self._origin = np.asarray(outline, np.float64).min(0)
+        extent = np.asarray(outline, np.float64).max(0) - self._origin
+        width, height = (int(n) + 1 for n in np.ceil(extent / cell))
+        is_open = np.zeros((height + 2, width + 2), np.uint8)
+        self._fill(is_open, outline, 1)
+        for obstacle in obstacles:
+            self._fill(is_open, obstacle, 0)
+        clearance = cv2.distanceTransform(is_open, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * cell
+        self.is_free = _largest_piece(clearance > radius)
+
+    @property
+    def area(self) -> float:
+        """Square metres that the robot's centre can reach."""
+        return float(self.is_free.sum()) * self._cell**2
+
+    def contains(self, place: Place) -> bool:
+        """Tell whether the robot can stand at (x, y)."""
+        row, column = self._cell_of(place)
+        inside = 0 <= row < self.is_free.shape[0] and 0 <= column < self.is_free.shape[1]
+        return bool(inside and self.is_free[row, column])
+
+    def check(self, place: Place) -> None:
+        """Raise ValueError for a place where the robot cannot stand."""
+        if not self.contains(place):
+            raise ValueError(
+                f"viewpoint: expected a place where a robot can stand, got ({place[0]:.2f}, "
+                f"{place[1]:.2f}): in a wall, in furniture or too close to them"
+            )
+
+    def draw_places(self, n: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
+        """Return (n, 2) places, evenly distributed."""
+        rows, columns = np.nonzero(self.is_free)
+        if not len(rows):
+            raise ValueError("places: expected free floor, got none; the room is too full")
+        chosen = rng.integers(len(rows), size=n)
+        centres = np.stack([columns[chosen], rows[chosen]], 1) - 1.0
+        places = self._origin + (centres + rng.uniform(-0.5, 0.5, (n, 2))) * self._cell
+        return np.asarray(places)
+
+    def way(self, start: Place, goal: Place) -> float:
+        """Return the metres of the shortest way between two free places.
+
+        On the grid's 8 directions, but never shorter than the straight line, and equal to it
+        where nothing stands in between.
+        """
+        straight = float(np.linalg.norm(np.subtract(goal, start)))
+        if self._is_clear(start, goal):
+            return straight
+        numbers, graph = self._graph
+        cells = [numbers[self._cell_of(place)] for place in (start, goal)]
+        metres = dijkstra(graph, directed=False, indices=cells[0])[cells[1]]
+        return max(straight, float(metres))
+
+    def _is_clear(self, start: Place, goal: Place) -> bool:
+        n_samples = 2 + int(np.linalg.norm(np.subtract(goal, start)) / (0.5 * self._cell))
+        return all(self.contains(place) for place in np.linspace(start, goal, n_samples))
+
+    @cached_property
+    def _graph(self) -> tuple[npt.NDArray[np.int64], Any]:
+        """Return the number of each free cell, and the graph of neighbouring ones in metres."""
+        numbers = np.full(self.is_free.shape, -1, np.int64)
+        numbers[self.is_free] = np.arange(self.is_free.sum())
+        starts: list[npt.NDArray[np.int64]] = []
+        ends: list[npt.NDArray[np.int64]] = []
+        lengths: list[npt.NDArray[np.float64]] = []
+        height, width = len(numbers), len(numbers[0])
+        for down, right in _STEPS:
+            a = numbers[: height - down, max(0, -right) : width - max(0, right)]
+            b = numbers[down:, max(0, right) : width + min(0, right)]
+            are_free = (a >= 0) & (b >= 0)
+            starts.append(a[are_free])
+            ends.append(b[are_free])
+            lengths.append(np.full(int(are_free.sum()), np.hypot(down, right) * self._cell))
+        edges = (np.concatenate(starts), np.concatenate(ends))
+        shape = (int(self.is_free.sum()),) * 2
+        return numbers, coo_array((np.concatenate(lengths), edges), shape).tocsr()
+
+    def _cell_of(self, place: Place) -> tuple[int, int]:
+        cell = np.rint((place - self._origin) / self._cell) + 1
+        return int(cell[1]), int(cell[0])
+
+    def _fill(self, grid: npt.NDArray[np.uint8], polygon: Polygon, value: int) -> None:
+        """Fill a polygon; the grid has a border of one closed cell around the room."""
+        corners = np.rint((np.asarray(polygon) - self._origin) / self._cell + 1).astype(np.int32)
+        cv2.fillPoly(grid, [corners], value)
+
+
+def _largest_piece(is_free: Mask) -> Mask:
+    n_pieces, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=8)
+    if n_pieces == 1:
+        return is_free
+    sizes = np.bincount(pieces.ravel(), minlength=n_pieces)
+    sizes[0] = 0
+    return np.asarray(pieces == sizes.argmax())

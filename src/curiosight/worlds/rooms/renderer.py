@@ -1,0 +1,92 @@
+"""Pictures of a room: light, depth, and which part is where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Camera, Depth, Pose
+from curiosight.worlds.rooms.lighting import lit
+from curiosight.worlds.rooms.mesh import Floats, join
+from curiosight.worlds.rooms.mipmaps import mipmaps
+from curiosight.worlds.rooms.scene import Scene
+from curiosight.worlds.rooms.shading import Picture, Rays, light_table, shade, surfaces
+from curiosight.worlds.rooms.tracing import N_RAYS, RayCaster, portions
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendering:
+    """What a perfect camera sees.
+
+    radiance: (H, W, 3) float32 linear light, before any exposure.
+    depth: (H, W) float32 metres along z, NaN = nothing there.
+    ids: (H, W) int32 number of the part, its place in the scene + 1; 0 = nothing.
+    cosine: (H, W) float32 of the angle between the ray and the face's normal, either way; 0 =
+        nothing.
+    infrared: (H, W) float32 share of a depth sensor's light that the material sends back.
+    """
+
+    radiance: Floats
+    depth: Depth
+    ids: npt.NDArray[np.int32]
+    cosine: Floats
+    infrared: Floats
+
+
+class Renderer:
+    """Draws one scene from any place; its light is worked out when it is made.
+
+    seed: of the pattern in which light is sampled. n_threads: never changes a picture.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int = 0, n_threads: int = 1) -> None:
+        mesh = join([part.mesh for part in scene.parts])
+        self._caster = RayCaster(mesh, n_threads)
+        self._surfaces = surfaces(mesh, lit(mesh, scene.lights, self._caster, seed))
+        self._mipmaps = mipmaps(mesh.materials)
+        self._lights = light_table(scene.lights)
+        # A ray that meets nothing has triangle -1, the last place of these tables.
+        numbers = np.arange(1, len(scene.parts) + 1, dtype=np.int32)
+        n_triangles = [len(part.mesh.triangles) for part in scene.parts]
+        self._part_of_triangle = np.append(np.repeat(numbers, n_triangles), np.int32(0))
+        infrared = np.array([material.infrared for material in mesh.materials], np.float32)
+        self._infrared_of_triangle = np.append(infrared[mesh.surface], np.float32(0))
+
+    def render(self, camera: Camera, T_world_camera: Pose) -> Rendering:
+        """Draw what the camera sees; pixel [v, u] looks along ((u - cx)/fx, (v - cy)/fy, 1)."""
+        directions = ray_directions(camera, T_world_camera)
+        origin = T_world_camera[:3, 3].astype(np.float32)
+        radiance = np.zeros((len(directions), 3), np.float32)
+        cosine = np.zeros(len(directions), np.float32)
+
+        def draw(portion: slice) -> tuple[npt.NDArray[np.int32], Floats]:
+            rays = Rays(origin, directions[portion], 1 / camera.fx)
+            hits = self._caster.hits(np.broadcast_to(origin, rays.directions.shape), rays.directions)
+            picture = Picture(radiance[portion], cosine[portion])
+            shade(hits, rays, self._surfaces, self._mipmaps, self._lights, picture)
+            return hits.triangle, hits.distance
+
+        drawn = self._caster.map(draw, portions(len(directions), N_RAYS))
+        triangle, depth = (np.concatenate(pieces) for pieces in zip(*drawn, strict=True))
+        depth[triangle < 0] = np.nan
+        size = (camera.height, camera.width)
+        return Rendering(
+            radiance.reshape(*size, 3),
+            depth.reshape(size),
+            self._part_of_triangle[triangle].reshape(size),
+            cosine.reshape(size),
+            self._infrared_of_triangle[triangle].reshape(size),
+        )
+
+
+def ray_directions(camera: Camera, T_world_camera: Pose) -> Floats:
+    """Return the (H * W, 3) directions of the pixels' rays, of length 1 along the camera's z."""
+    x = (np.arange(camera.width) - camera.cx) / camera.fx
+    y = (np.arange(camera.height) - camera.cy) / camera.fy
+    rotation = T_world_camera[:3, :3]
+    directions = x[None, :, None] * rotation[:, 0] + (
+        y[:, None, None] * rotation[:, 1] + rotation[:, 2]
+    )
+    return directions.reshape(-1, 3).astype(np.float32)

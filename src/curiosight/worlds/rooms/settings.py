@@ -1,0 +1,119 @@
+"""What a room is drawn from, as it is written in a command: room:7,plan=l,sensor=perfect."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+PlanShape = Literal["rect", "l"]
+SensorName = Literal["kinect", "perfect"]
+Split = Literal["train", "test"]
+
+PREFIX = "room:"
+MAX_VIEWS = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class RoomSettings:
+    """Everything that decides what a room's images look like.
+
+    seed: of plan, furniture, things and views. plan: None = drawn from the seed.
+    rearrange: seed of another arrangement of the things; None = as first drawn.
+    lights: seed of other lights; None = as first drawn.
+    sensor: "kinect" = noise, holes and range of a Kinect v1; "perfect" = depth everywhere.
+    height, tilt: of the camera, metres over the floor and degrees down; the paper's robot's.
+    views: how many viewpoints. split: "test" = other viewpoints than "train", as many.
+    blur: motion blur.
+    furniture: a Sweet Home 3D library (.sh3f) whose things stand among the others.
+    """
+
+    seed: int = 0
+    plan: PlanShape | None = None
+    rearrange: int | None = None
+    lights: int | None = None
+    sensor: SensorName = "kinect"
+    height: float = 1.0
+    tilt: float = 10.0
+    views: int = 200
+    split: Split = "train"
+    blur: bool = False
+    furniture: Path | None = None
+
+    def __post_init__(self) -> None:
+        for name, choices in (("plan", PlanShape), ("sensor", SensorName), ("split", Split)):
+            value = getattr(self, name)
+            if value is not None and value not in get_args(choices):
+                raise ValueError(f"{name}: expected {' or '.join(get_args(choices))}, got {value}")
+        for name in ("seed", "rearrange", "lights"):
+            value = getattr(self, name)
+            if value is not None and value < 0:
+                raise ValueError(f"{name}: expected 0 or more, got {value}")
+        if not 0.4 <= self.height <= 1.6:
+            raise ValueError(f"height: expected 0.4 to 1.6 metres, got {self.height}")
+        if not 0 <= self.tilt <= 45:
+            raise ValueError(f"tilt: expected 0 to 45 degrees, got {self.tilt}")
+        if not 1 <= self.views <= MAX_VIEWS:
+            raise ValueError(f"views: expected 1 to {MAX_VIEWS}, got {self.views}")
+
+    def __str__(self) -> str:
+        """Return the source string that `parse_room` reads."""
+        default = RoomSettings(seed=self.seed)
+        changed = [
+            f",{field.name}={_written(getattr(self, field.name))}"
+            for field in fields(self)
+            if getattr(self, field.name) != getattr(default, field.name)
+        ]
+        return f"{PREFIX}{self.seed}" + "".join(changed)
+
+
+def is_room(source: Path | str) -> bool:
+    """Tell whether a source names a room to be drawn, rather than a folder."""
+    return str(source).startswith(PREFIX)
+
+
+def parse_room(source: str) -> RoomSettings:
+    """Read room:SEED[,key=value…]; raises ValueError for what no room can be drawn from."""
+    seed, *pairs = source.removeprefix(PREFIX).split(",")
+    options: dict[str, Any] = {"seed": _read("seed", int, seed)}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if key not in _READERS or not equals:
+            near = difflib.get_close_matches(key, _READERS, n=1)
+            hint = f"; did you mean {near[0]}=?" if near and near[0] != key else ""
+            expected = "room:SEED,key=value with " + ", ".join(_READERS)
+            raise ValueError(f"{source}: expected {expected}; got {pair!r}{hint}")
+        options[key] = _read(key, _READERS[key], value)
+    return RoomSettings(**options)
+
+
+def _read_switch(text: str) -> bool:
+    return {"yes": True, "no": False}[text]
+
+
+_READERS: dict[str, Callable[[str], Any]] = {
+    "plan": str,
+    "rearrange": int,
+    "lights": int,
+    "sensor": str,
+    "height": float,
+    "tilt": float,
+    "views": int,
+    "split": str,
+    "blur": _read_switch,
+    "furniture": Path,
+}
+_EXPECTED = {int: "a whole number", float: "a number", _read_switch: "yes or no"}
+
+
+def _read(name: str, reader: Callable[[str], Any], text: str) -> Any:
+    try:
+        return reader(text)
+    except (ValueError, KeyError) as error:
+        raise ValueError(f"{name}: expected {_EXPECTED[reader]}, got {text!r}") from error
+
+
+def _written(value: object) -> str:
+    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)

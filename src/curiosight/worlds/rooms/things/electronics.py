@@ -1,0 +1,160 @@
+"""Things with a display, a voice or a ticking."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curiosight.worlds.rooms import prints
+from curiosight.worlds.rooms.mesh import Material, Mesh
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.shapes import (
+    box,
+    cylinder,
+    disc,
+    ellipsoid,
+    lathe,
+    panel,
+    ring,
+    rounded_box,
+    tube,
+)
+from curiosight.worlds.rooms.surfaces import arc, turned
+from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
+from curiosight.worlds.rooms.things.materials import (
+    black_plastic,
+    chrome,
+    colour,
+    leather,
+    near,
+    plastic,
+    steel,
+    timber,
+)
+
+TO_FRONT = turned((1, 0, 0), np.pi / 2)
+
+
+def draw_monitor(rng: np.random.Generator) -> Mesh:
+    """Return a computer screen on its foot, with a picture on it or switched off."""
+    width = rng.uniform(0.42, 0.6)
+    height = 0.6 * width
+    shell = black_plastic(rng) if rng.random() < 0.6 else plastic(near(rng, (190, 190, 188)))
+    is_on = rng.random() < 0.6
+    dark = plastic(colour(18, 18, 22), 0.6)
+    face = Material(prints.screen(rng), emission=0.7, infrared=0.3) if is_on else dark
+    edge, lift = 0.014, rng.uniform(0.08, 0.13)
+    right, up = (width - 2 * edge, 0, 0), (0, 0, height - 2 * edge)
+    screen = panel((edge - width / 2, -0.021, lift + edge), right, up, face, fit=True)
+    foot = (0.24, 0.18, 0.012) if rng.random() < 0.5 else (0.32, 0.16, 0.015)
+    return assembled(
+        [
+            box((width, 0.04, height), shell, lift=lift),
+            screen,
+            at(box((0.06, 0.03, lift + 0.1), shell), 0, 0.035),
+            at(rounded_box(foot, 0.005, shell), 0, 0.02),
+        ]
+    )
+
+
+def draw_laptop(rng: np.random.Generator) -> Mesh:
+    """Return an open laptop computer."""
+    width, depth = rng.uniform(0.3, 0.37), rng.uniform(0.21, 0.25)
+    shell = steel(rng) if rng.random() < 0.5 else black_plastic(rng)
+    keys = plastic(colour(30, 30, 34))
+    key = box((0.0145, 0.0135, 0.003), keys, lift=0.018)
+    columns, rows = np.arange(14) - 6.5, np.arange(5) - 2
+    board = [at(key, 0.0185 * x, 0.018 * y + 0.2 * depth) for x in columns for y in rows]
+    lid = box((width, 0.007, depth), shell)
+    face = Material(prints.screen(rng), emission=0.7, infrared=0.3)
+    right, up = (width - 0.03, 0, 0), (0, 0, depth - 0.03)
+    screen = panel((0.015 - width / 2, -0.0045, 0.018), right, up, face, fit=True)
+    hinge = turned((1, 0, 0), -rng.uniform(0.15, 0.5), (0, depth / 2, 0.016))
+    pad = at(box((0.1, 0.06, 0.0008), plastic(colour(120, 120, 124)), lift=0.018), 0, -0.28 * depth)
+    base = rounded_box((width, depth, 0.018), 0.004, shell)
+    return assembled([base, *board, pad, lid.moved(hinge), screen.moved(hinge)])
+
+
+def draw_speaker(rng: np.random.Generator) -> Mesh:
+    """Return a loudspeaker box with two cones."""
+    width = rng.uniform(0.13, 0.24)
+    depth, height = width * rng.uniform(0.9, 1.2), width * rng.uniform(1.5, 1.9)
+    shell = timber(rng) if rng.random() < 0.6 else plastic(draw_colour(rng, vivid=0.3))
+    black = black_plastic(rng)
+    cone = [
+        (1, 0.0),
+        (1.0, 0.008),
+        (0.88, 0.014),
+        (0.8, 0.004),
+        (0.3, -0.012),
+        (0.2, 0.0),
+        (0, 0.006),
+    ]
+    rim = steel(rng)
+    to_front = turned((1, 0, 0), np.pi / 2)
+    parts = [rounded_box((width, depth, height), 0.006, shell)]
+    for radius, level in ((0.4 * width, 0.32 * height), (0.2 * width, 0.78 * height)):
+        place = (0, -depth / 2 - 0.004, level)
+        driver = lathe(np.array(cone) * [radius, 1], black, fit=False).moved(to_front)
+        frame = ring(radius, 0.004, rim).moved(to_front)
+        parts += [at(driver, *place), at(frame, *place)]
+    return assembled(parts)
+
+
+def draw_alarm_clock(rng: np.random.Generator) -> Mesh:
+    """Return an alarm clock on two feet, with bells on top or without."""
+    radius = rng.uniform(0.055, 0.085)
+    paint = plastic(draw_colour(rng, vivid=0.8), 0.4)
+    metal = chrome(rng, (196, 164, 92)) if rng.random() < 0.5 else chrome(rng)
+    to_front = turned((1, 0, 0), np.pi / 2)
+    body = cylinder(radius, 0.05, paint, n_around=32).moved(to_front)
+    face = disc(0.9 * radius, plastic(near(rng, (236, 232, 220), 6), 0.3), lift=0.0505).moved(
+        to_front
+    )
+    ink = plastic(colour(28, 28, 30))
+    mark = at(box((0.004, 0.012, 0.001), ink), 0, 0.78 * radius, 0.0507)
+    parts = [body, face, at(ring(0.95 * radius, 0.005, metal).moved(to_front), 0, -0.05)]
+    parts += [mark.moved(to_front @ turned((0, 0, 1), hour * np.pi / 6)) for hour in range(12)]
+    for share, turn in ((0.5, rng.uniform(0, 6)), (0.72, rng.uniform(0, 6))):
+        hand = at(box((0.005, share * radius, 0.001), ink), 0, share * radius / 2, 0.052)
+        parts.append(hand.moved(to_front @ turned((0, 0, 1), turn)))
+    legs = [(0.5, -0.6), (-0.5, -0.6)]
+    for x, z in legs:
+        start, end = np.array([x, 0, 1.25 * z]) * radius, np.array([1.3 * x, 0, 1.9 * z]) * radius
+        parts.append(tube([start, end] - np.array([0, 0.025, 0]), 0.006, metal, n_around=8))
+    if rng.random() < 0.6:
+        bell = ellipsoid((0.42 * radius, 0.42 * radius, 0.3 * radius), metal, n_around=16)
+        parts += [
+            bell.moved(
+                turned((0, 1, 0), lean, (np.sin(lean) * radius, -0.025, np.cos(lean) * radius))
+            )
+            for lean in (-0.6, 0.6)
+        ]
+    return assembled(parts)
+
+
+def draw_headphones(rng: np.random.Generator) -> Mesh:
+    """Return headphones that stand on their cups."""
+    width, height = rng.uniform(0.15, 0.17), rng.uniform(0.15, 0.17)
+    shell = black_plastic(rng) if rng.random() < 0.5 else plastic(draw_colour(rng), 0.3)
+    pad = leather(rng, near(rng, (44, 42, 42), 6))
+    bow = arc(0, np.pi, (width / 2, height - 0.05), (0.0, 0.05), 17)
+    inner = (width / 2 - 0.006, height - 0.058)
+    cushion = arc(np.pi / 4, 3 * np.pi / 4, inner, (0.0, 0.05))
+    parts = [tube(bow, 0.007, shell, n_around=8), tube(cushion, 0.011, pad, n_around=8)]
+    for side in (-1, 1):
+        cup = ellipsoid((0.016, 0.037, 0.042), shell, n_around=20)
+        soft = ring(0.03, 0.011, pad, n_around=20).moved(turned((0, 1, 0), np.pi / 2))
+        parts += [
+            at(cup, side * (width / 2 + 0.008), 0, 0.008),
+            at(soft, side * (width / 2 - 0.012), 0, 0.05),
+        ]
+    return assembled(parts)
+
+
+KINDS = (
+    Kind("monitor", draw_monitor, TABLE),
+    Kind("laptop", draw_laptop, TABLE),
+    Kind("speaker", draw_speaker, ANYWHERE),
+    Kind("headphones", draw_headphones, TABLE),
+    Kind("alarm clock", draw_alarm_clock, TABLE),
+)

@@ -1,0 +1,25 @@
+"""From what a command is given as a source to what can be looked at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from curiosight.datasets import Dataset, open_dataset
+from curiosight.worlds.rooms.settings import is_room, parse_room
+
+
+def open_source(source: Path | str, *, ground_truth: Path | str | None = None) -> Dataset:
+    """Open a recording's folder, or the views of a room that is drawn: room:SEED[,key=value…].
+
+    ground_truth: see `open_dataset`. Raises `DataError` for a recording that cannot be opened,
+    ValueError for a room that cannot be drawn.
+    """
+    if not is_room(source):
+        return open_dataset(source, ground_truth=ground_truth)
+    if ground_truth is not None:
+        raise ValueError("ground-truth: expected none for a room, which has its own")
+    # Drawing needs half of the program: only who wants a room waits for it.
+    from curiosight.worlds.rooms.room import draw_room
+    from curiosight.worlds.rooms.views import RoomViews
+
+    return RoomViews(draw_room(parse_room(str(source))))
