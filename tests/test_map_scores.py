@@ -28,8 +28,8 @@ class Made:
         # In the steps that scores are kept in.
         self.saliency = np.rint(exact * LEVELS).astype(np.float32) / np.float32(LEVELS)
         self.labels = rng.choice([*Label], SIZE).astype(np.uint8)
-        self.depth = rng.uniform(0.5, 8, SIZE).astype(np.float32)
-        self.depth[rng.random(SIZE) < 0.2] = np.nan
+        self.true_depth = rng.uniform(0.5, 8, SIZE).astype(np.float32)
+        self.depth = np.where(rng.random(SIZE) < 0.3, np.nan, self.true_depth)
 
     @property
     def parts(self) -> dict[str, np.ndarray]:
@@ -38,7 +38,9 @@ class Made:
             "all": known,
             "unknown": known & (self.labels == 125),
             "unavailable": known & (self.labels == 75),
-            "beyond_range": known & (np.nan_to_num(self.depth) > 4.0),
+            "near": known & (np.nan_to_num(self.depth, nan=9.0) <= 4.0),
+            "beyond_range": known & (self.true_depth > 4.0),
+            "missing": known & np.isnan(self.depth) & (self.true_depth <= 4.0),
         }
 
 
@@ -50,7 +52,14 @@ def frames() -> list[Made]:
 def scores_of(frames: list[Made]) -> MapScores:
     scores = MapScores()
     for number, made in enumerate(frames):
-        scores.add(f"frame-{number}", made.saliency, made.truth, made.labels, made.depth)
+        scores.add(
+            f"frame-{number}",
+            made.saliency,
+            made.truth,
+            made.labels,
+            made.depth,
+            made.true_depth,
+        )
     return scores
 
 
@@ -101,6 +110,15 @@ def test_without_teacher_and_depth_only_the_whole_is_scored(frames) -> None:
         pooled = scores.table()["pooled"][part]
         assert (pooled["n_salient_px"], pooled["n_not_salient_px"]) == (0, 0)
         assert pooled["roc_auc"] is pooled["best_f1"] is pooled["f1"] is None
+
+
+def test_without_true_distances_the_sensor_tells_what_is_beyond(frames) -> None:
+    made, scores = frames[0], MapScores()
+    scores.add("0", made.saliency, made.truth, depth=made.depth)
+    pooled = scores.table()["pooled"]
+    beyond = made.truth[np.nan_to_num(made.depth) > 4.0]
+    assert pooled["beyond_range"]["n_salient_px"] == (beyond == 255).sum()
+    assert pooled["missing"]["n_salient_px"] == 0
 
 
 def test_what_has_no_meaning_is_none_and_left_out_of_means(frames) -> None:

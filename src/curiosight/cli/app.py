@@ -10,7 +10,7 @@ import typer
 from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
-from curiosight.cli import evaluate, explore, info, learn, map, segment
+from curiosight.cli import demo, evaluate, explore, info, learn, map, render, segment
 from curiosight.cli.interrupt import INTERRUPTED
 from curiosight.errors import DataError
 
@@ -46,12 +46,14 @@ def _options(
     """Take the options that stand before a command."""
 
 
+app.command("demo")(demo.demo)
 app.command("info")(info.info)
 app.command("explore")(explore.explore)
 app.command("learn")(learn.learn)
 app.command("map")(map.map_)
 app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
+app.command("render")(render.render)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -9,7 +9,12 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.explore_report import draw_exploration
+from curiosight.cli.explore_report import (
+    REPORT,
+    draw_figures,
+    example_of,
+    exploration_report,
+)
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import Config, load_config
@@ -17,6 +22,7 @@ from curiosight.experiments.exploring import Exploration, load_run_model
 from curiosight.experiments.output import OutputFolder
 from curiosight.explore import Step
 from curiosight.viewing.live import announce_compilation, describe_step
+from curiosight.viewing.report import write_report
 from curiosight.worlds.sources import open_source
 
 N_EXAMPLES = 4
@@ -126,10 +132,12 @@ def explore(
         talk.introduce(source, dataset)
         _introduce(talk, run, test, settings)
         with CtrlC() as ctrl_c:
-            examples = _follow(talk, run, ctrl_c)
+            examples = follow(talk, run, ctrl_c)
             summary = run.finish()
+            taught = [example_of(run, step) for step in examples]
+            draw_figures(run, folder, taught)
             again = _again(source, test, ground_truth, from_)
-            draw_exploration(run, summary, examples, again)
+            write_report(exploration_report(run, summary, taught, again), folder.file(REPORT))
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     talk.warn_of_learned(run.n_learned, len(run.truth.indices))
     talk.warn_of(run.test_problems, len(run.truth.indices), "could not be tested on")
@@ -175,7 +183,7 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         talk.note(f"  without {count(n_left_out, 'test frame')}: bad, or nothing salient in view")
 
 
-def _follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
+def follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
     """Run the loop to its end or to Ctrl-C; return some of its last steps."""
     n_steps = run.config.explorer.n_steps
     examples: list[Step] = []

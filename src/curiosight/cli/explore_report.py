@@ -26,15 +26,17 @@ from curiosight.viewing.figures import learning_curve, time_per_region
 from curiosight.viewing.region_map import regions_from_above
 from curiosight.viewing.report import (
     ExampleGroup,
+    Footprint,
     Making,
     Report,
     ResultRow,
     Results,
     RoomMap,
-    write_report,
 )
+from curiosight.worlds.rooms.views import RoomViews
 
 N_TEST_EXAMPLES = 3
+UP = (0, 0, 1)  # of drawn rooms
 N_LOOKS = 10  # that the errors at first and at the end are means of
 REPORT = "report.html"
 _WAYS = {
@@ -60,23 +62,14 @@ _FILES = {
 }
 
 
-def draw_exploration(
-    run: Exploration, summary: dict[str, Any], steps: Sequence[Step], command: Sequence[str]
-) -> None:
-    """Write figures/ and report.html into the run's folder.
-
-    summary: what `Exploration.finish` returned. steps: those to show as examples.
-    command: that runs it again from this folder.
-    """
-    taught = [_example_of(run, step) for step in steps]
-    _draw_figures(run, run.out, taught)
-    write_report(exploration_report(run, summary, taught, command), run.out.file(REPORT))
-
-
 def exploration_report(
     run: Exploration, summary: dict[str, Any], taught: Sequence[Example], command: Sequence[str]
 ) -> Report:
-    """Tell an exploration as a report; see `draw_exploration`."""
+    """Tell an exploration as a report.
+
+    summary: what `Exploration.finish` returned. taught: examples that were learned from.
+    command: that runs it again from this folder.
+    """
     unseen = list(_test_examples(run)) if not run.n_learned else []
     return Report(
         title=f"A look around {Path(summary['source']).name}",
@@ -89,18 +82,15 @@ def exploration_report(
         ],
         steps=run.rows,
         region_names=run.regions.names,
-        room_map=RoomMap(
-            seen_from_above(run.dataset.poses, run.teacher.survey.up_world),
-            run.regions.of_view,
-            _visited(run),
-        ),
+        room_map=_room_map(run),
         making=_making(run, summary, command),
         problems=list(_problems(run, summary)),
         limits=list(_limits(run)),
     )
 
 
-def _draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Example]) -> None:
+def draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Example]) -> None:
+    """Write the figures of an exploration as PNG; taught: examples that were learned from."""
     learning_curve(run.rows, folder.file("figures/learning_curve.png"))
     names = run.regions.names
     time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))
@@ -115,13 +105,36 @@ def _draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Examp
         draw_examples(taught, folder.file("figures/examples.png"))
 
 
+def _room_map(run: Exploration) -> RoomMap:
+    """Return where the run looked; of a drawn room also what stands there."""
+    visited = _visited(run)
+    if not isinstance(run.dataset, RoomViews):
+        views = seen_from_above(run.dataset.poses, run.teacher.survey.up_world)
+        return RoomMap(views, run.regions.of_view, visited)
+    room = run.dataset.room
+    furniture = [Footprint(placed.name, placed.footprint) for placed in room.furniture]
+    things = [
+        Footprint(thing.kind.name, thing.footprint(), is_object=True)
+        for thing in room.things
+        if thing.is_on_floor
+    ]
+    return RoomMap(
+        seen_from_above(run.dataset.poses, UP),
+        run.regions.of_view,
+        visited,
+        outline=room.plan.outline,
+        footprints=[*furniture, *things],
+    )
+
+
 def _visited(run: Exploration) -> list[int]:
     """Return the view of each step."""
     indices = {id: index for index, id in enumerate(run.dataset.ids)}
     return [indices[row.id] for row in run.rows]
 
 
-def _example_of(run: Exploration, step: Step) -> Example:
+def example_of(run: Exploration, step: Step) -> Example:
+    """Return what was seen in a step, beside what the model says now."""
     frame = step.observation.frame
     return Example(
         frame.id,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,8 @@ from curiosight.frame import Frame, Viewpoint
 from curiosight.learner import SaliencyLearner, Teaches
 from curiosight.segmentation import Survey, Teacher, survey_recording
 from curiosight.worlds import ReplayWorld
-from curiosight.worlds.rooms.settings import is_room
-
-if TYPE_CHECKING:
-    from curiosight.worlds.room_world import RoomWorld
+from curiosight.worlds.room_world import RoomWorld
+from curiosight.worlds.rooms.views import RoomViews
 
 
 def make_teacher(config: Config, dataset: Dataset) -> Teacher:
@@ -165,11 +162,7 @@ def make_world(
 
     indices: the views within reach.
     """
-    if is_room(place(dataset)):
-        from curiosight.worlds.room_world import RoomWorld
-        from curiosight.worlds.rooms.views import RoomViews
-
-        assert isinstance(dataset, RoomViews)
+    if isinstance(dataset, RoomViews):
         return RoomWorld(dataset, regions.of_view, indices=indices)
     return ReplayWorld(dataset, regions.of_view, indices=indices, memory_mb=config.run.memory_mb)
 

@@ -31,7 +31,7 @@ from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.explore import Step, explore
 from curiosight.worlds import Odometer
-from curiosight.worlds.rooms.settings import is_room
+from curiosight.worlds.rooms.views import RoomViews
 
 MODEL = "model.npz"
 N_ROOM_TEST_VIEWS = 40
@@ -77,7 +77,7 @@ class Exploration:
         self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
-        if test_source is None and not config.test.every and is_room(place(dataset)):
+        if test_source is None and not config.test.every and isinstance(dataset, RoomViews):
             test_source = dataset.test_views(N_ROOM_TEST_VIEWS)
         training, test = _split(config, dataset, test_source)
         self.teacher = make_teacher(config, dataset)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from curiosight.datasets import Dataset, open_dataset
+from curiosight.worlds.rooms.room import draw_room
 from curiosight.worlds.rooms.settings import is_room, parse_room
+from curiosight.worlds.rooms.views import RoomViews
 
 
 def open_source(source: Path | str, *, ground_truth: Path | str | None = None) -> Dataset:
@@ -18,8 +20,4 @@ def open_source(source: Path | str, *, ground_truth: Path | str | None = None) -
         return open_dataset(source, ground_truth=ground_truth)
     if ground_truth is not None:
         raise ValueError("ground-truth: expected none for a room, which has its own")
-    # Drawing needs half of the program: only who wants a room waits for it.
-    from curiosight.worlds.rooms.room import draw_room
-    from curiosight.worlds.rooms.views import RoomViews
-
     return RoomViews(draw_room(parse_room(str(source))))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from curiosight.worlds.rooms.mesh import Floats, Mesh
 from curiosight.worlds.rooms.mipmaps import mean_albedo
@@ -15,7 +14,7 @@ from curiosight.worlds.rooms.tracing import RayCaster, portions
 
 # Metres before a light at which its shadow rays end: the lamp's own glass gives no shadow.
 CLEARANCE = 0.03
-# A light is looked at in 2 x 2 places; where these disagree, in 4 x 4.
+# A light is looked for in 2 × 2 places; where these disagree, in 4 × 4.
 FEW_STRATA, MANY_STRATA = 2, 4
 # Metres within which a surface sends less even light: corners and contacts are dark.
 NEARNESS = 0.8
@@ -71,7 +70,8 @@ class LightRays:
             visible = np.zeros((len(here), 3), np.float32)
             unshadowed = np.zeros((len(here), 3), np.float32)
             for light, shift in zip(self._lights, shifts, strict=True):
-                full = share_of_view(here, upwards, light)[:, None] * np.float32(light.rgb)
+                rgb = np.asarray(light.rgb, np.float32)
+                full = share_of_view(here, upwards, light)[:, None] * rgb
                 unshadowed += full
                 share = self._visible_share(here, upwards, light, shift[portion])
                 visible += share[:, None] * full
@@ -94,35 +94,35 @@ class LightRays:
     def _share_of_strata(
         self, points: Floats, normals: Floats, light: Light, shift: Floats, n_strata: int
     ) -> Floats:
-        along, across = np.float32(light.along), np.float32(light.across)
+        """Do so with rays to n_strata × n_strata places, each weighted with its light."""
+        along, across = np.asarray(light.along, np.float32), np.asarray(light.across, np.float32)
         facing = np.cross(along, across)
-        free, full = np.zeros((2, len(points)), np.float32)
+        free: Floats = np.zeros(len(points), np.float32)
+        full: Floats = np.full(len(points), 1e-12, np.float32)
         for cell in np.ndindex(n_strata, n_strata):
-            place = (np.float32(cell) + shift) / n_strata - np.float32(0.5)
-            towards = np.float32(light.centre) - points
+            place = (np.array(cell, np.float32) + shift) / n_strata - np.float32(0.5)
+            towards = np.asarray(light.centre, np.float32) - points
             towards += place[:, :1] * along + place[:, 1:] * across
             squared = np.einsum("ij,ij->i", towards, towards)
             arriving = np.einsum("ij,ij->i", towards, normals)
             weight = arriving * -(towards @ facing) / squared**2
             lit = np.flatnonzero((arriving > 0) & (weight > 0))
-            reach = 1 - CLEARANCE / np.sqrt(squared[lit])
+            reach = np.maximum(1 - CLEARANCE / np.sqrt(squared[lit]), 0)
             is_free = self._caster.is_free(points[lit], towards[lit], reach)
             full[lit] += weight[lit]
             free[lit] += weight[lit] * is_free
-        return free / np.maximum(full, np.float32(1e-12))
+        return free / full
 
-    def indirect(
-        self, points: Floats, normals: Floats, scattered: Scattered
-    ) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        """Return (P, 3) light from surfaces, and which points lie inside of something.
+    def indirect(self, points: Floats, normals: Floats, scattered: Scattered) -> Floats:
+        """Return (P, 4): light of surfaces, and the share of rays that meet a back.
 
-        Rays are sent where their light counts alike; inside is where most meet a back.
+        Rays are sent as densely as their light counts.
         """
         first, second = tangents(normals, self._rng.random(len(points), np.float32))
         axes = np.stack([first, second, normals], 1)
         pattern = cosine_directions(N_INDIRECT_RAYS)
 
-        def gather(portion: slice) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        def gather(portion: slice) -> Floats:
             directions = (pattern @ axes[portion]).reshape(-1, 3)
             hits = self._caster.hits(np.repeat(points[portion], len(pattern), 0), directions)
             nearness = np.sqrt(np.minimum(hits.distance / NEARNESS, 1))[:, None]
@@ -131,12 +131,11 @@ class LightRays:
             is_behind = self._caster.is_behind(hits, directions)
             light[is_behind] = 0
             light[hits.triangle < 0] = scattered.even
-            share_behind = is_behind.reshape(-1, len(pattern)).mean(1)
-            return light.reshape(-1, len(pattern), 3).mean(1), share_behind > 0.5
+            columns: Floats = np.column_stack([light, is_behind])
+            means: Floats = columns.reshape(-1, len(pattern), 4).mean(1)
+            return means
 
-        gathered = self._caster.map(gather, portions(len(points), N_POINTS))
-        light, is_buried = zip(*gathered, strict=True)
-        return np.concatenate(light), np.concatenate(is_buried)
+        return np.concatenate(self._caster.map(gather, portions(len(points), N_POINTS)))
 
 
 def share_of_view(points: Floats, normals: Floats, light: Light) -> Floats:
@@ -158,13 +157,14 @@ def share_of_view(points: Floats, normals: Floats, light: Light) -> Floats:
     total = np.linalg.norm(arriving, axis=1)
     share = (total**2 + np.einsum("ij,ij->i", arriving, normals)) / (total + 1)
     is_before = (points - light.centre) @ np.cross(light.along, light.across) > 0
-    return (np.maximum(share, 0) * is_before).astype(np.float32)
+    seen: Floats = (np.maximum(share, 0) * is_before).astype(np.float32)
+    return seen
 
 
 def tangents(normals: Floats, turn: Floats) -> tuple[Floats, Floats]:
     """Return two (P, 3) unit directions square to the normals, turned by shares of a circle."""
-    is_steep = np.abs(normals[:, 2:]) > 0.7
-    helper = np.where(is_steep, np.float32([1, 0, 0]), np.float32([0, 0, 1]))
+    x_axis, _, z_axis = np.eye(3, dtype=np.float32)
+    helper = np.where(np.abs(normals[:, 2:]) > 0.7, x_axis, z_axis)
     first = np.cross(helper, normals)
     first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), np.float32(1e-9))
     second = np.cross(normals, first)

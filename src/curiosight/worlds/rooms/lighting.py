@@ -32,38 +32,38 @@ N_SMOOTHINGS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LitMesh:
-    """A mesh, and at each of its vertices the light.
+    """A mesh, and the light at each of its vertices.
 
-    light: (P, 7) direct rgb, indirect rgb, and the share of the direct light that is not in
-    shadow.
+    direct: (P, 3) from the lights, with shadows. unshadowed: (P,) the share of it that is not
+    in shadow. indirect: (P, 3) from other surfaces.
     """
 
     mesh: LightMesh
-    light: Floats
+    direct: Floats
+    unshadowed: Floats
+    indirect: Floats
 
 
 def lit(mesh: Mesh, lights: Sequence[Light], caster: RayCaster, seed: int) -> LitMesh:
     """Work out the light of a mesh; the seed turns the patterns of rays from point to point."""
     rays = LightRays(caster, lights, np.random.default_rng(seed))
-    light_mesh = uncut(mesh)
-    newest = slice(0, len(mesh.triangles))
-    points = points_of_view(light_mesh, newest)
+    fine, newest = uncut(mesh), slice(0, len(mesh.triangles))
+    points = points_of_view(fine, newest)
     direct = rays.direct(points, mesh.normals)
     scattered = scattered_light(mesh, direct[:, :3])
-    indirect, is_buried = rays.indirect(points, mesh.normals, scattered)
-    light = np.column_stack([direct[:, :3], indirect, direct[:, 3]])
+    light = np.column_stack([direct, rays.indirect(points, mesh.normals, scattered)])
     for _ in range(N_CUTS):
-        chosen = uneven(light_mesh, newest, np.where(is_buried[:, None], 0, light))
-        n_known, newest = len(light), slice(len(light_mesh.triangles), None)
-        light_mesh = cut(light_mesh, chosen)
-        points = points_of_view(light_mesh, newest)[n_known:]
-        normals = light_mesh.normals[n_known:]
-        direct = rays.direct(points, normals)
-        indirect, is_hidden = rays.indirect(points, normals, scattered)
-        more = np.column_stack([direct[:, :3], indirect, direct[:, 3]])
-        light, is_buried = np.concatenate([light, more]), np.append(is_buried, is_hidden)
-    neighbours = smooth_neighbours(light_mesh)
-    return LitMesh(light_mesh, smooth(fill(light, is_buried, neighbours), neighbours))
+        chosen = uneven(fine, newest, light)
+        if len(chosen) == 0:
+            break
+        n_known, newest = len(light), slice(len(fine.triangles), None)
+        fine = cut(fine, chosen)
+        points, normals = points_of_view(fine, newest)[n_known:], fine.normals[n_known:]
+        more = [rays.direct(points, normals), rays.indirect(points, normals, scattered)]
+        light = np.concatenate([light, np.column_stack(more)])
+    neighbours = smooth_neighbours(fine)
+    light = smooth(fill(light, is_buried(light), neighbours), neighbours)
+    return LitMesh(fine, light[:, :3], light[:, 3], light[:, 4:7])
 
 
 def points_of_view(mesh: LightMesh, chosen: slice) -> Floats:
@@ -87,13 +87,19 @@ def points_of_view(mesh: LightMesh, chosen: slice) -> Floats:
 def uneven(mesh: LightMesh, newest: slice, light: Floats) -> npt.NDArray[np.intp]:
     """Return the newest triangles, large enough to be cut, across which light changes much."""
     triangles = mesh.triangles[newest]
-    brightness = (light[:, :3] + light[:, 3:6]).mean(1)
+    brightness = np.where(is_buried(light), 0, (light[:, :3] + light[:, 4:7]).mean(1))
     corners = brightness[triangles]
     step = STEP * (corners.mean(1) + brightness.mean() / 10)
     points = mesh.vertices[triangles]
     longest = np.linalg.norm(points - points[:, [1, 2, 0]], axis=2).max(1)
     is_uneven = (np.ptp(corners, axis=1) > step) & (longest > FINEST)
-    return np.flatnonzero(is_uneven) + newest.start
+    return np.flatnonzero(is_uneven) + np.intp(newest.start)
+
+
+def is_buried(light: Floats) -> npt.NDArray[np.bool_]:
+    """Tell which vertices lie inside of a thing: most of what they see are backs."""
+    is_inside: npt.NDArray[np.bool_] = light[:, 7] > 0.5
+    return is_inside
 
 
 def smooth_neighbours(mesh: LightMesh) -> csr_array:
@@ -104,22 +110,20 @@ def smooth_neighbours(mesh: LightMesh) -> csr_array:
     one, other = one[is_smooth], other[is_smooth]
     places = (np.concatenate([one, other]), np.concatenate([other, one]))
     n_vertices = len(mesh.vertices)
-    matrix = csr_array(
-        (np.ones(2 * len(one), np.float32), places), shape=(n_vertices, n_vertices)
-    )
+    matrix = csr_array((np.ones(2 * len(one), np.float32), places), shape=(n_vertices, n_vertices))
     matrix.data[:] = 1  # an edge of two triangles counts once
     return matrix
 
 
-def fill(light: Floats, is_buried: npt.NDArray[np.bool_], neighbours: csr_array) -> Floats:
+def fill(light: Floats, is_missing: npt.NDArray[np.bool_], neighbours: csr_array) -> Floats:
     """Return the light with vertices inside of things lit like their neighbours outside.
 
     The triangles that stick out would else be dark to their middle.
     """
-    is_known = (~is_buried).astype(np.float32)
+    is_known = (~is_missing).astype(np.float32)
     n_known = neighbours @ is_known
     mean = (neighbours @ (light * is_known[:, None])) / np.maximum(n_known, 1)[:, None]
-    return np.where((is_buried & (n_known > 0))[:, None], mean, light)
+    return np.where((is_missing & (n_known > 0))[:, None], mean, light)
 
 
 def smooth(light: Floats, neighbours: csr_array) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import floor, log2
 from typing import NamedTuple
 
 import cv2
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.worlds.rooms.mesh import Floats, Material, Texture
+from curiosight.worlds.rooms.vectors import Triple, kernel
 
 # The first is the texture itself, the last about two texels wide for one of 512.
 N_LEVELS = 9
@@ -22,30 +24,28 @@ LINEAR_OF_SRGB = np.where(
 class Mipmaps(NamedTuple):
     """The textures of all materials, each N_LEVELS times.
 
-    texels: (N, 3) uint8 sRGB, one row of one texture after the other. start, width, height:
-    (M, N_LEVELS) place in `texels` and size of each material's levels.
+    texels: (N, 3) uint8 sRGB, one row of one texture after the other. places: (M, N_LEVELS, 3)
+    int32 of each material's levels: the first texel, width, height.
     """
 
     texels: Texture
-    start: npt.NDArray[np.int32]
-    width: npt.NDArray[np.int32]
-    height: npt.NDArray[np.int32]
+    places: npt.NDArray[np.int32]
 
 
 def mipmaps(materials: Sequence[Material]) -> Mipmaps:
     """Shrink each texture again and again; a texel is the mean light of those it covers."""
     texels: list[Texture] = []
-    sizes: list[tuple[int, int]] = []
+    places: list[tuple[int, int, int]] = []
+    n_texels = 0
     for material in materials:
         level = material.texture
         for _ in range(N_LEVELS):
+            height, width = level.shape[:2]
+            places.append((n_texels, width, height))
             texels.append(level.reshape(-1, 3))
-            sizes.append((level.shape[0], level.shape[1]))
+            n_texels += height * width
             level = halved(level)
-    lengths = np.array([len(rows) for rows in texels])
-    start = (np.cumsum(lengths) - lengths).astype(np.int32).reshape(-1, N_LEVELS)
-    height, width = np.array(sizes, np.int32).T.reshape(2, -1, N_LEVELS).copy()
-    return Mipmaps(np.concatenate(texels), start, width, height)
+    return Mipmaps(np.concatenate(texels), np.array(places, np.int32).reshape(-1, N_LEVELS, 3))
 
 
 def halved(texture: Texture) -> Texture:
@@ -65,3 +65,45 @@ def mean_albedo(materials: Sequence[Material]) -> Floats:
     """Return the (M, 3) share of light that each material sends back."""
     means = [LINEAR_OF_SRGB[material.texture].mean((0, 1)) for material in materials]
     return np.array(means, np.float32)
+
+
+@kernel
+def bilinear(texels: Texture, place: tuple[int, int, int], s: float, t: float) -> Triple:
+    """Return the linear colour at (s, t), in repeats of a texture: first texel, width, height."""
+    start, width, height = place
+    x, y = (s - floor(s)) * width - 0.5, (t - floor(t)) * height - 0.5
+    left, top = floor(x), floor(y)
+    right, bottom = left + 1, top + 1
+    share_x, share_y = x - left, y - top
+    both = share_x * share_y
+    shares = (1 - share_x - share_y + both, share_x - both, share_y - both, both)
+    left, top = left if left >= 0 else width - 1, top if top >= 0 else height - 1
+    right, bottom = right if right < width else 0, bottom if bottom < height else 0
+    upper, lower = start + top * width, start + bottom * width
+    corners = (upper + left, upper + right, lower + left, lower + right)
+    red, green, blue = 0.0, 0.0, 0.0
+    for k in range(4):
+        red += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 0]]
+        green += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 1]]
+        blue += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 2]]
+    return red, green, blue
+
+
+@kernel
+def trilinear(
+    texels: Texture, places: npt.NDArray[np.int32], n_texels: float, s: float, t: float
+) -> Triple:
+    """Return the linear colour around (s, t) for a pixel that is `n_texels` wide there.
+
+    places: (N_LEVELS, 3) of one texture, see Mipmaps.
+    """
+    level = min(log2(max(n_texels, 1.0)), N_LEVELS - 1.0)
+    finer = int(level)
+    mix = level - finer
+    place = (places[finer, 0], places[finer, 1], places[finer, 2])
+    red, green, blue = bilinear(texels, place, s, t)
+    if mix == 0:
+        return red, green, blue
+    place = (places[finer + 1, 0], places[finer + 1, 1], places[finer + 1, 2])
+    r, g, b = bilinear(texels, place, s, t)
+    return red + mix * (r - red), green + mix * (g - green), blue + mix * (b - blue)

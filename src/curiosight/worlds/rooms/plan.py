@@ -21,24 +21,21 @@ PLAN_SHAPES = ("rect", "l")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wall:
-    """One straight wall, named by its ends as seen from inside the room: (2,) metres each.
+    """One straight wall.
 
-    Wall frame: x along it from its left end to its right one, y out of the room, z up.
+    T_room_wall: (4, 4) from the wall's own frame, in which x runs along it from its left end
+        to its right one as seen from inside, y points out of the room, z up.
+    length: metres from end to end.
     """
 
-    left: Points
-    right: Points
+    T_room_wall: Pose
+    length: float
 
     @property
-    def length(self) -> float:
-        """Metres from end to end."""
-        return float(np.linalg.norm(self.right - self.left))
-
-    @property
-    def T_room_wall(self) -> Pose:
-        """The (4, 4) motion from the wall's frame to the room's."""
-        x, y = self.right - self.left
-        return standing(float(self.left[0]), float(self.left[1]), 0.0, float(np.arctan2(y, x)))
+    def ends(self) -> Points:
+        """The left and the right end, (2, 2) metres in the room."""
+        left, along = self.T_room_wall[:2, 3], self.T_room_wall[:2, 0]
+        return np.stack((left, left + self.length * along))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +52,7 @@ class FloorPlan:
     def __post_init__(self) -> None:
         outline = np.asarray(self.outline)
         if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 4:
-            raise ValueError(f"outline: expected (K, 2) with 4 corners or more, got {outline.shape}")
+            raise ValueError(f"outline: expected (K, 2), K at least 4, got {outline.shape}")
         steps = np.roll(outline, -1, axis=0) - outline
         if (np.abs(steps).min(1) > 1e-9).any():
             raise ValueError("outline: expected walls along x or y, got a slanting one")
@@ -78,7 +75,8 @@ class FloorPlan:
     def walls(self) -> tuple[Wall, ...]:
         """Its walls, in the order of the outline."""
         ends = np.roll(self.outline, -1, axis=0)
-        return tuple(Wall(end, start) for start, end in zip(self.outline, ends, strict=True))
+        # Seen from inside, a counter-clockwise outline runs from right to left.
+        return tuple(_wall(end, start) for start, end in zip(self.outline, ends, strict=True))
 
     @cached_property
     def rectangles(self) -> tuple[Rectangle, ...]:
@@ -108,15 +106,12 @@ class FloorPlan:
         places = np.asarray(points, np.float64)
         distance = np.full(places.shape[:-1], np.inf)
         for wall in self.walls:
-            low, high = np.minimum(wall.left, wall.right), np.maximum(wall.left, wall.right)
-            offset = places - np.clip(places, low, high)
+            offset = places - np.clip(places, wall.ends.min(0), wall.ends.max(0))
             distance = np.minimum(distance, np.linalg.norm(offset, axis=-1))
         return distance
 
 
-def draw_plan(
-    rng: np.random.Generator, shape: Literal["rect", "l"] | None = None
-) -> FloorPlan:
+def draw_plan(rng: np.random.Generator, shape: Literal["rect", "l"] | None = None) -> FloorPlan:
     """Draw a room's outline, its lowest corner at (0, 0).
 
     shape: "rect", 5.5-8 m by 4.2-6 m; "l", up to 9 m, without one corner; None = drawn.
@@ -135,6 +130,12 @@ def draw_plan(
         [(0, 0), (x, 0), (x, y - cut_y), (x - cut_x, y - cut_y), (x - cut_x, y), (0, y)]
     )
     return FloorPlan(_turned(outline, rng), height)
+
+
+def _wall(left: Points, right: Points) -> Wall:
+    x, y = right - left
+    pose = standing(float(left[0]), float(left[1]), 0.0, float(np.arctan2(y, x)))
+    return Wall(pose, float(np.hypot(x, y)))
 
 
 def _turned(outline: Points, rng: np.random.Generator) -> Points:

@@ -7,13 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Camera, Depth, Pose
+from curiosight.frame import Camera, Depth, Pose, is_rigid
 from curiosight.worlds.rooms.lighting import lit
 from curiosight.worlds.rooms.mesh import Floats, join
 from curiosight.worlds.rooms.mipmaps import mipmaps
+from curiosight.worlds.rooms.picture_rays import PictureRays
 from curiosight.worlds.rooms.scene import Scene
-from curiosight.worlds.rooms.shading import Picture, Rays, light_table, shade, surfaces
-from curiosight.worlds.rooms.tracing import N_RAYS, RayCaster, portions
+from curiosight.worlds.rooms.shading import Rays, light_table, paint, polish, surfaces
+from curiosight.worlds.rooms.tracing import RayCaster, portions
+
+# Rows of one call, even: fixed, so that no result depends on the number of threads.
+N_ROWS = 120
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,42 +55,49 @@ class Renderer:
         numbers = np.arange(1, len(scene.parts) + 1, dtype=np.int32)
         n_triangles = [len(part.mesh.triangles) for part in scene.parts]
         self._part_of_triangle = np.append(np.repeat(numbers, n_triangles), np.int32(0))
+        self._picture_rays = PictureRays(self._caster, mesh, self._part_of_triangle)
         infrared = np.array([material.infrared for material in mesh.materials], np.float32)
         self._infrared_of_triangle = np.append(infrared[mesh.surface], np.float32(0))
 
     def render(self, camera: Camera, T_world_camera: Pose) -> Rendering:
         """Draw what the camera sees; pixel [v, u] looks along ((u - cx)/fx, (v - cy)/fy, 1)."""
+        if not is_rigid(T_world_camera):
+            raise ValueError(
+                "T_world_camera: expected a (4, 4) rotation and translation, "
+                f"got {np.shape(T_world_camera)} {T_world_camera}"
+            )
         directions = ray_directions(camera, T_world_camera)
         origin = T_world_camera[:3, 3].astype(np.float32)
-        radiance = np.zeros((len(directions), 3), np.float32)
-        cosine = np.zeros(len(directions), np.float32)
+        radiance = np.zeros((camera.height, camera.width, 3), np.float32)
+        cosine = np.zeros((camera.height, camera.width), np.float32)
 
-        def draw(portion: slice) -> tuple[npt.NDArray[np.int32], Floats]:
-            rays = Rays(origin, directions[portion], 1 / camera.fx)
-            hits = self._caster.hits(np.broadcast_to(origin, rays.directions.shape), rays.directions)
-            picture = Picture(radiance[portion], cosine[portion])
-            shade(hits, rays, self._surfaces, self._mipmaps, self._lights, picture)
+        def draw(rows: slice) -> tuple[npt.NDArray[np.int32], Floats]:
+            hits = self._picture_rays.hits(origin, directions[rows])
+            rays = Rays(origin, directions[rows].reshape(-1, 3), 1 / camera.fx)
+            colours = radiance[rows].reshape(-1, 3)
+            paint(hits, rays, self._surfaces, self._mipmaps, colours, cosine[rows].reshape(-1))
+            polish(hits, rays, self._surfaces, self._lights, colours)
             return hits.triangle, hits.distance
 
-        drawn = self._caster.map(draw, portions(len(directions), N_RAYS))
+        drawn = self._caster.map(draw, portions(camera.height, N_ROWS))
         triangle, depth = (np.concatenate(pieces) for pieces in zip(*drawn, strict=True))
         depth[triangle < 0] = np.nan
         size = (camera.height, camera.width)
         return Rendering(
-            radiance.reshape(*size, 3),
+            radiance,
             depth.reshape(size),
             self._part_of_triangle[triangle].reshape(size),
-            cosine.reshape(size),
+            cosine,
             self._infrared_of_triangle[triangle].reshape(size),
         )
 
 
 def ray_directions(camera: Camera, T_world_camera: Pose) -> Floats:
-    """Return the (H * W, 3) directions of the pixels' rays, of length 1 along the camera's z."""
+    """Return the (H, W, 3) directions of the pixels' rays, of length 1 along the camera's z."""
     x = (np.arange(camera.width) - camera.cx) / camera.fx
     y = (np.arange(camera.height) - camera.cy) / camera.fy
     rotation = T_world_camera[:3, :3]
     directions = x[None, :, None] * rotation[:, 0] + (
         y[:, None, None] * rotation[:, 1] + rotation[:, 2]
     )
-    return directions.reshape(-1, 3).astype(np.float32)
+    return directions.astype(np.float32)

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from curiosight.worlds.rooms.arrangement import Arrangement, Surface, Thing, rearranged
 from curiosight.worlds.rooms.free_space import FreeSpace, Polygon
-from curiosight.worlds.rooms.furniture import Placed, furnish
 from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
 from curiosight.worlds.rooms.scene import Light, Scene
 from curiosight.worlds.rooms.settings import RoomSettings
-from curiosight.worlds.rooms.shell import draw_shell
 from curiosight.worlds.rooms.things import KINDS, Kind
+
+if TYPE_CHECKING:
+    from curiosight.worlds.rooms.furniture import Placed
 
 _N_ON_FLOOR = 14
 # Numbers of the random streams that a seed is split into.
@@ -44,6 +47,9 @@ class Room:
 
 def draw_room(settings: RoomSettings) -> Room:
     """Draw the room of a seed: always the same for the same settings."""
+    from curiosight.worlds.rooms.furniture import furnish
+    from curiosight.worlds.rooms.shell import draw_shell
+
     rng = stream(settings, PLAN)
     plan = draw_plan(rng, settings.plan)
     shell = draw_shell(plan, rng)

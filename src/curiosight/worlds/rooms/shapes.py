@@ -37,11 +37,13 @@ def panel(
     spacing: greatest distance of its vertices.
     """
     start, right, up = (np.asarray(vector, np.float64) for vector in (origin, along, across))
+    normal = np.cross(right, up)
+    if not normal.any():
+        raise ValueError(f"along, across: expected two directions, got {along} and {across}")
     width, height = float(np.linalg.norm(right)), float(np.linalg.norm(up))
     u, v = _steps(width, spacing), _steps(height, spacing)
     points = start + u[None, :, None] * right + v[:, None, None] * up
-    normal = np.cross(right, up)
-    normals = np.broadcast_to(normal / np.linalg.norm(normal), points.shape)
+    normals = np.broadcast_to(unit(normal), points.shape)
     scale = (1.0, 1.0) if fit else (width, height)
     return grid(points, normals, upright(u * scale[0], (1 - v) * scale[1]), material)
 
@@ -123,7 +125,13 @@ def lathe(
 
     The surface is smooth but for creases where the profile turns by more than 40 degrees.
     """
-    points = _refined(np.asarray(profile, np.float64), spacing)
+    outline = np.asarray(profile, np.float64)
+    if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 2 or outline[:, 0].min() < 0:
+        raise ValueError(
+            "profile: expected (N, 2) of radius >= 0 and height, N >= 2, "
+            f"got {outline.shape} from {outline.min()}"
+        )
+    points = _refined(outline, spacing)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     sides = np.stack([steps[:, 1], -steps[:, 0]], 1) / lengths[:, None]
@@ -149,12 +157,13 @@ def cylinder(
     *,
     top_radius: float | None = None,
     n_around: int = 24,
+    spacing: float = 0.05,
     lift: float = 0.0,
 ) -> Mesh:
     """Return a closed upright cylinder, or a cone frustum; uv in metres."""
     top = radius if top_radius is None else top_radius
     profile = [(0.0, lift), (radius, lift), (top, lift + height), (0.0, lift + height)]
-    return lathe(profile, material, n_around=n_around, fit=False)
+    return lathe(profile, material, n_around=n_around, spacing=spacing, fit=False)
 
 
 def ellipsoid(
@@ -184,7 +193,7 @@ def tube(
     """Return a round rod along a path, (N, 3); its flat ends are covered; uv in metres.
 
     radius: metres, one or one per point of the path.
-    closed: the path returns to its start, as a ring does.
+    closed: the path, in a plane, returns to its start, as a ring does.
     """
     points = np.asarray(path, np.float64)
     if closed:

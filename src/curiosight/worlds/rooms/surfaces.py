@@ -69,6 +69,13 @@ def scaled(mesh: Mesh, factors: float | tuple[float, float, float]) -> Mesh:
     return warped(mesh, lambda points: points * np.asarray(factors))
 
 
+def stretched(
+    points: Points, x: Points | float = 1.0, y: Points | float = 1.0, z: Points | float = 1.0
+) -> Points:
+    """Return points, (V, 3), with each coordinate times a factor or its own factors, (V,)."""
+    return np.stack([points[:, 0] * x, points[:, 1] * y, points[:, 2] * z], 1)
+
+
 def arc(
     start: float,
     end: float,

@@ -16,9 +16,6 @@ from curiosight.worlds.rooms.mesh import Floats, Mesh
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-# Rays of one call: fixed, so that no result depends on the number of threads.
-N_RAYS = 1 << 16
-
 
 class Hits(NamedTuple):
     """Where rays meet the first triangle on their way.

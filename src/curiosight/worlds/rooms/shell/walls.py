@@ -34,6 +34,10 @@ class Opening:
         return self.right - self.left
 
     @property
+    def middle(self) -> float:
+        return (self.left + self.right) / 2
+
+    @property
     def height(self) -> float:
         return self.top - self.bottom
 
@@ -58,7 +62,10 @@ def wall_surface(
         heights = [z_min, z_max]
         for opening in openings:
             if opening.left < (left + right) / 2 < opening.right:
-                heights += [np.clip(opening.bottom, z_min, z_max), np.clip(opening.top, z_min, z_max)]
+                heights += [
+                    np.clip(opening.bottom, z_min, z_max),
+                    np.clip(opening.top, z_min, z_max),
+                ]
         heights.sort()
         pieces += [
             _piece((left, right), (bottom, top), material)

@@ -14,7 +14,7 @@ from curiosight.worlds.rooms.shapes import (
     rounded_box,
     tube,
 )
-from curiosight.worlds.rooms.surfaces import Points, sheet, turned, warped
+from curiosight.worlds.rooms.surfaces import Points, sheet, stretched, turned, warped
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
     black_plastic,
@@ -31,15 +31,13 @@ def draw_kettle(rng: np.random.Generator) -> Mesh:
     black = black_plastic(rng)
     profile = [(0, 0.02), (radius, 0.02), (radius * 0.98, 0.3 * height)]
     profile += [(radius * 0.78, 0.9 * height), (radius * 0.7, 0.95 * height), (0, height)]
-    grip = np.array(
-        [(0.7, 0, 0.92), (1.2, 0, 0.98), (1.62, 0, 0.85), (1.6, 0, 0.5), (1.35, 0, 0.2)]
-    )
+    bend = _smooth([(0.7, 0, 0.92), (1.3, 0, 1.0), (1.75, 0, 0.85), (1.35, 0, 0.2)])
     spout = [(-0.6 * radius, 0, 0.8 * height), (-1.02 * radius, 0, 0.96 * height)]
     return assembled(
         [
             cylinder(radius * 1.08, 0.022, black),
             lathe(profile, shell, fit=False),
-            tube(grip * [radius, 1, height], 0.012, black),
+            tube(bend * [radius, 1, height], 0.012, black, n_around=8),
             tube(spout, [0.03, 0.022], shell),
             cylinder(0.016, 0.018, black, lift=height * 0.99),
         ]
@@ -52,6 +50,7 @@ def draw_toaster(rng: np.random.Generator) -> Mesh:
     shell = chrome(rng) if rng.random() < 0.4 else plastic(draw_colour(rng, vivid=0.7), 0.4)
     black = black_plastic(rng)
     slot = box((0.75 * width, 0.024, 0.004), black, lift=height + 0.013)
+    knob = cylinder(0.014, 0.01, black).moved(turned((1, 0, 0), np.pi / 2))
     lever = box((0.018, 0.04, 0.012), black, lift=0.6 * height)
     return assembled(
         [
@@ -60,12 +59,7 @@ def draw_toaster(rng: np.random.Generator) -> Mesh:
             at(slot, 0, 0.025),
             at(slot, 0, -0.025),
             at(lever, width / 2 + 0.008, 0),
-            at(
-                cylinder(0.014, 0.01, black).moved(turned((1, 0, 0), np.pi / 2)),
-                0.3 * width,
-                -depth / 2,
-                0.07,
-            ),
+            at(knob, 0.3 * width, -depth / 2, 0.07),
         ]
     )
 
@@ -111,29 +105,21 @@ def draw_vacuum_cleaner(rng: np.random.Generator) -> Mesh:
 
     def rounded_down(points: Points) -> Points:
         slope = np.interp(points[:, 1] / length, [-0.5, 0.0, 0.5], [0.55, 1.0, 0.85])
-        return points * np.stack([0.7 + 0.3 * slope, np.ones_like(slope), slope], 1)
+        return stretched(points, x=0.7 + 0.3 * slope, z=slope)
 
     body = rounded_box((width, length, height), 0.08, paint, n_bevel=4)
-    wheel = cylinder(0.085, 0.03, black, n_around=20).moved(
-        turned((0, 1, 0), np.pi / 2, (-0.015, 0, 0.085))
-    )
-    pipe = np.array([(0.28, -0.1, 0.05), (0.26, 0.02, 0.9)])
+    axle = turned((0, 1, 0), np.pi / 2, (-0.015, 0, 0.085))
+    wheel = cylinder(0.085, 0.03, black, n_around=20).moved(axle)
+    raised = height + 0.05
+    grip = [(0, 0.1, height), (0, 0.06, raised), (0, -0.1, raised), (0, -0.14, height)]
+    pipe = [(0.28, -0.1, 0.05), (0.26, 0.02, 0.9)]
     hose = [(0, -0.5 * length, 0.12), (-0.1, -0.8 * length, 0.16), (0.05, -0.95 * length, 0.4)]
     hose += [(0.2, -0.4 * length, 0.75), (0.25, 0.0, 0.95), (0.26, 0.03, 0.86)]
     return assembled(
         [
             at(warped(body, rounded_down), 0, 0, 0.025),
             *(at(wheel, side * 0.5 * width, 0.2 * length) for side in (-1, 1)),
-            tube(
-                [
-                    (0, 0.1, height),
-                    (0, 0.06, height + 0.05),
-                    (0, -0.1, height + 0.05),
-                    (0, -0.14, height),
-                ],
-                0.012,
-                black,
-            ),
+            tube(grip, 0.012, black, n_around=8),
             tube(_smooth(hose), 0.019, black, n_around=8),
             tube(pipe, 0.017, chrome(rng)),
             at(rounded_box((0.27, 0.1, 0.05), 0.02, black), 0.28, -0.12),

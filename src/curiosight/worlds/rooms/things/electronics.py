@@ -18,7 +18,7 @@ from curiosight.worlds.rooms.shapes import (
     rounded_box,
     tube,
 )
-from curiosight.worlds.rooms.surfaces import arc, turned
+from curiosight.worlds.rooms.surfaces import Points, arc, turned
 from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
     black_plastic,
@@ -80,22 +80,14 @@ def draw_speaker(rng: np.random.Generator) -> Mesh:
     depth, height = width * rng.uniform(0.9, 1.2), width * rng.uniform(1.5, 1.9)
     shell = timber(rng) if rng.random() < 0.6 else plastic(draw_colour(rng, vivid=0.3))
     black = black_plastic(rng)
-    cone = [
-        (1, 0.0),
-        (1.0, 0.008),
-        (0.88, 0.014),
-        (0.8, 0.004),
-        (0.3, -0.012),
-        (0.2, 0.0),
-        (0, 0.006),
-    ]
+    cone = [(1, 0.0), (1, 0.008), (0.88, 0.014), (0.8, 0.004)]
+    cone += [(0.3, -0.012), (0.2, 0.0), (0, 0.006)]
     rim = steel(rng)
-    to_front = turned((1, 0, 0), np.pi / 2)
     parts = [rounded_box((width, depth, height), 0.006, shell)]
     for radius, level in ((0.4 * width, 0.32 * height), (0.2 * width, 0.78 * height)):
         place = (0, -depth / 2 - 0.004, level)
-        driver = lathe(np.array(cone) * [radius, 1], black, fit=False).moved(to_front)
-        frame = ring(radius, 0.004, rim).moved(to_front)
+        driver = lathe(np.array(cone) * [radius, 1], black, fit=False).moved(TO_FRONT)
+        frame = ring(radius, 0.004, rim).moved(TO_FRONT)
         parts += [at(driver, *place), at(frame, *place)]
     return assembled(parts)
 
@@ -105,31 +97,33 @@ def draw_alarm_clock(rng: np.random.Generator) -> Mesh:
     radius = rng.uniform(0.055, 0.085)
     paint = plastic(draw_colour(rng, vivid=0.8), 0.4)
     metal = chrome(rng, (196, 164, 92)) if rng.random() < 0.5 else chrome(rng)
-    to_front = turned((1, 0, 0), np.pi / 2)
-    body = cylinder(radius, 0.05, paint, n_around=32).moved(to_front)
-    face = disc(0.9 * radius, plastic(near(rng, (236, 232, 220), 6), 0.3), lift=0.0505).moved(
-        to_front
-    )
-    ink = plastic(colour(28, 28, 30))
-    mark = at(box((0.004, 0.012, 0.001), ink), 0, 0.78 * radius, 0.0507)
-    parts = [body, face, at(ring(0.95 * radius, 0.005, metal).moved(to_front), 0, -0.05)]
-    parts += [mark.moved(to_front @ turned((0, 0, 1), hour * np.pi / 6)) for hour in range(12)]
-    for share, turn in ((0.5, rng.uniform(0, 6)), (0.72, rng.uniform(0, 6))):
-        hand = at(box((0.005, share * radius, 0.001), ink), 0, share * radius / 2, 0.052)
-        parts.append(hand.moved(to_front @ turned((0, 0, 1), turn)))
-    legs = [(0.5, -0.6), (-0.5, -0.6)]
-    for x, z in legs:
-        start, end = np.array([x, 0, 1.25 * z]) * radius, np.array([1.3 * x, 0, 1.9 * z]) * radius
-        parts.append(tube([start, end] - np.array([0, 0.025, 0]), 0.006, metal, n_around=8))
+    dial = plastic(near(rng, (236, 232, 220), 6), 0.3)
+    front = [
+        cylinder(radius, 0.05, paint, n_around=32),
+        disc(0.9 * radius, dial, lift=0.0505),
+        at(ring(0.95 * radius, 0.005, metal), 0, 0, 0.05),
+        *_clock_hands(radius, plastic(colour(28, 28, 30)), rng.uniform(0, 2 * np.pi, 2)),
+    ]
+    legs = [
+        tube([(0.5 * x, -0.025, -0.75 * radius), (0.65 * x, -0.025, -1.15 * radius)], 0.006, metal)
+        for x in (-radius, radius)
+    ]
+    parts = [*(part.moved(TO_FRONT) for part in front), *legs]
     if rng.random() < 0.6:
         bell = ellipsoid((0.42 * radius, 0.42 * radius, 0.3 * radius), metal, n_around=16)
-        parts += [
-            bell.moved(
-                turned((0, 1, 0), lean, (np.sin(lean) * radius, -0.025, np.cos(lean) * radius))
-            )
-            for lean in (-0.6, 0.6)
-        ]
+        crown = at(bell, 0, -0.025, radius)
+        parts += [crown.moved(turned((0, 1, 0), lean)) for lean in (-0.6, 0.6)]
     return assembled(parts)
+
+
+def _clock_hands(radius: float, ink: Material, angles: Points) -> list[Mesh]:
+    """Return twelve marks, and two hands at these angles, on a clock that looks up."""
+    mark = at(box((0.004, 0.012, 0.001), ink), 0, 0.78 * radius, 0.0507)
+    parts = [at(mark, 0, 0, 0, hour * np.pi / 6) for hour in range(12)]
+    for length, angle in zip((0.5 * radius, 0.72 * radius), angles, strict=True):
+        hand = at(box((0.005, length, 0.001), ink), 0, length / 2, 0.052)
+        parts.append(at(hand, 0, 0, 0, angle))
+    return parts
 
 
 def draw_headphones(rng: np.random.Generator) -> Mesh:

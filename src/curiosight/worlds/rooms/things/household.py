@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from curiosight.worlds.rooms import prints
 from curiosight.worlds.rooms.mesh import Mesh, join
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.shapes import (
@@ -16,12 +15,12 @@ from curiosight.worlds.rooms.shapes import (
     extrude,
     lathe,
     ring,
-    rounded_box,
     tube,
 )
-from curiosight.worlds.rooms.surfaces import Points, arc, scaled, sheet, turned, warped
+from curiosight.worlds.rooms.surfaces import arc, scaled, sheet, turned
 from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
+    black_plastic,
     chrome,
     cloth,
     colour,
@@ -34,6 +33,7 @@ from curiosight.worlds.rooms.things.materials import (
     steel,
     timber,
 )
+from curiosight.worlds.rooms.things.packaging import wrapped_label
 from curiosight.worlds.rooms.things.storage import tub
 
 
@@ -67,7 +67,7 @@ def draw_watering_can(rng: np.random.Generator) -> Mesh:
     spout = np.array([(0.9, 0, 0.3), (1.7, 0, 0.9), (2.4, 0, 1.75)]) * radius
     rose = cylinder(0.16 * radius, 0.35 * radius, wall, top_radius=0.36 * radius, n_around=16)
     centre = (-0.9 * radius, 0.72 * height)
-    bow = arc(np.pi / 2, 1.62 * np.pi, (0.75 * radius, 0.48 * height), centre, 13)
+    bow = arc(np.pi / 4, 1.62 * np.pi, (0.75 * radius, 0.48 * height), centre, 13)
     return assembled(
         [
             cylinder(radius, height, wall, top_radius=0.88 * radius, n_around=28),
@@ -81,33 +81,37 @@ def draw_watering_can(rng: np.random.Generator) -> Mesh:
 
 def draw_shoes(rng: np.random.Generator) -> Mesh:
     """Return a pair of shoes or boots, side by side, not quite parallel."""
-    shoe = _shoe(rng, rng.uniform(0.25, 0.3), 0.19 if rng.random() < 0.35 else 0.1)
+    shoe = _shoe(rng, rng.uniform(0.25, 0.3), rng.random() < 0.35)
     turns, shift = rng.normal(0, 0.2, 2), rng.normal(0, 0.02)
     return assembled([at(shoe, -0.065, 0, 0, turns[0]), at(shoe, 0.065, shift, 0, turns[1])])
 
 
-def _shoe(rng: np.random.Generator, length: float, shaft: float) -> Mesh:
-    """Return one shoe, its toe towards -y; shaft: height of its leg, metres."""
-    width, hue = 0.37 * length, draw_colour(rng, vivid=0.45)
+def _shoe(rng: np.random.Generator, length: float, is_boot: bool) -> Mesh:
+    """Return one shoe, its toe towards -y."""
+    hue = draw_colour(rng, vivid=0.45)
     upper = leather(rng, hue) if rng.random() < 0.6 else cloth(rng, hue)
     sole = rubber() if rng.random() < 0.5 else plastic(near(rng, (222, 218, 206)), 0.1)
     lace, lining = plastic(near(rng, (220, 216, 206)), 0.0), plastic(shade(hue, 0.3), 0.0)
-    places = [0, 0.25, 0.5, 0.68, 1]
-    tops = np.array([0.05, 0.056, 0.08, shaft, shaft])
-
-    def on_last(points: Points) -> Points:
-        t = points[:, 1] / length + 0.5
-        narrow = np.interp(t, [0, 0.3, 0.65, 1], [0.78, 1.0, 0.8, 0.72])
-        return points * np.stack([narrow, np.ones_like(t), np.interp(t, places, tops)], 1)
-
-    body = rounded_box((width, length, 1.0), 0.03, upper, spacing=0.035)
-    welt = extrude(0.52 * arc(0, 2 * np.pi, (width, length), n_points=25)[:-1, [0, 2]], 0.02, sole)
-    mouth = scaled(disc(1.0, lining, n_around=16), (0.26 * width, 0.12 * length, 1))
-    parts = [at(warped(body, on_last), 0, 0, 0.012), welt]
-    parts.append(at(mouth, 0, 0.32 * length, 0.0125 + shaft))
-    for t in (0.42, 0.5, 0.58):
-        y, z = (t - 0.5) * length, float(np.interp(t, places, tops)) + 0.012
-        parts.append(tube([(-0.25 * width, y, z), (0.25 * width, y, z)], 0.003, lace, n_around=6))
+    # Half its width and its height from toe to heel, by the length.
+    t = np.array([0, 0.04, 0.12, 0.28, 0.45, 0.6, 0.75, 0.9, 0.97, 1])
+    widths = length * np.array([0.01, 0.09, 0.14, 0.165, 0.15, 0.13, 0.125, 0.115, 0.08, 0.01])
+    heights = length * np.array([0.09, 0.15, 0.19, 0.22, 0.29, 0.34, 0.36, 0.37, 0.36, 0.34])
+    angle = np.linspace(0, np.pi, 13)
+    x = widths[:, None] * np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.7
+    z = heights[:, None] * np.sin(angle) ** 0.7
+    y = np.broadcast_to((t[:, None] - 0.5) * length, x.shape)
+    side = np.stack([widths, y[:, 0]], 1) * 1.06
+    outline = np.concatenate([side, (side * [-1, 1])[::-1]])
+    collar = [(0, 0.3), (0.105, 0.3), (0.11, 0.36 + 0.4 * is_boot), (0, 0.35 + 0.4 * is_boot)]
+    ankle = lathe(np.array(collar[:3]) * length, upper, n_around=20, fit=False)
+    opening = lathe(np.array(collar[2:]) * length, lining, n_around=20)
+    parts = [at(sheet(np.stack([x, y, z], -1), upper), 0, 0, 0.012), extrude(outline, 0.02, sole)]
+    parts += [at(scaled(part, (1, 1.3, 1)), 0, 0.3 * length, 0.012) for part in (ankle, opening)]
+    for share in (0.36, 0.44, 0.52):
+        z_lace = float(np.interp(share, t, heights)) + 0.01
+        ends = [(-0.06 * length, (share - 0.5) * length, z_lace)]
+        ends += [(0.06 * length, (share - 0.5) * length, z_lace)]
+        parts.append(tube(ends, 0.004, lace, n_around=6))
     return assembled(parts)
 
 
@@ -131,34 +135,26 @@ def draw_cushion(rng: np.random.Generator) -> Mesh:
 def draw_extinguisher(rng: np.random.Generator) -> Mesh:
     """Return a fire extinguisher with its hose."""
     radius, height = rng.uniform(0.065, 0.085), rng.uniform(0.4, 0.52)
-    red, black = plastic(near(rng, (186, 30, 34)), 0.45), plastic(colour(30, 30, 32))
+    red, black = plastic(near(rng, (186, 30, 34)), 0.45), black_plastic(rng)
     profile = [(0, 0), (0.95, 0), (1, 0.03), (1, 0.74), (0.9, 0.82)]
     profile += [(0.6, 0.87), (0.3, 0.89), (0, 0.89)]
     body = lathe(np.array(profile) * [radius, height], red, n_around=28, fit=False)
-    side = radius + 0.0006
-    paper = lathe(
-        [(side, 0.3 * height), (side, 0.62 * height)], printed(prints.label(rng), gloss=0.3)
-    )
-    hose = np.array(
-        [(0.3, 0, 0.95), (1.1, 0, 0.93), (1.45, 0, 0.75), (1.2, 0, 0.4), (1.12, 0, 0.2)]
-    )
+    side, label = radius + 0.0006, printed(wrapped_label(rng), gloss=0.3)
+    paper = lathe([(side, 0.3 * height), (side, 0.62 * height)], label)
+    bend = [(0.3, 0, 0.95), (1.1, 0, 0.93), (1.45, 0, 0.75), (1.2, 0, 0.4), (1.12, 0, 0.2)]
+    nozzle = [(1.12 * radius, 0, 0.21 * height), (1.1 * radius, 0, 0.06 * height)]
+    valve = cylinder(0.022, 0.09 * height, chrome(rng, (190, 170, 110)), n_around=16)
     lever = box((0.1, 0.024, 0.012), black)
     return assembled(
         [
             body,
             cylinder(0.96 * radius, 0.03, black, n_around=28),
             at(paper, 0, 0, 0, np.pi / 2),
-            cylinder(
-                0.022, 0.09 * height, chrome(rng, (190, 170, 110)), lift=0.88 * height, n_around=16
-            ),
+            at(valve, 0, 0, 0.88 * height),
             lever.moved(turned((0, 1, 0), -0.25, (-0.03, 0, 0.97 * height))),
             lever.moved(turned((0, 1, 0), 0.1, (-0.03, 0, 0.92 * height))),
-            tube(hose * [radius, 1, height], 0.011, black),
-            tube(
-                np.array([(1.12, 0, 0.21), (1.1, 0, 0.06)]) * [radius, 1, height],
-                [0.012, 0.02],
-                black,
-            ),
+            tube(np.array(bend) * [radius, 1, height], 0.011, black),
+            tube(nozzle, [0.012, 0.02], black),
         ]
     )
 
@@ -175,10 +171,12 @@ def _guitar(rng: np.random.Generator) -> Mesh:
     stains = ((206, 150, 84), (170, 84, 40), (60, 40, 32), (196, 172, 130))
     top, dark = timber(rng, near(rng, stains[rng.integers(4)])), timber(rng, colour(58, 38, 28))
     metal, hole = chrome(rng), plastic(colour(24, 18, 16), 0.0)
+    wire = plastic(colour(120, 104, 84), 0.3)
     angle = np.linspace(0, 2 * np.pi, 44, endpoint=False)
     along = np.cos(angle)
-    waist = 0.185 - 0.025 * along**2 - 0.045 * np.exp(-(((np.abs(along) - 0.2) / 0.28) ** 2))
-    outline = np.stack([-waist * np.sin(angle) * (1.12 - 0.16 * along), 0.235 * along], 1)
+    # Wide at the bottom, narrower at the shoulders, narrowest between them.
+    half_width = np.sin(angle) * (0.226 - 0.04 * along + 0.1 * np.cos(2 * angle))
+    outline = np.stack([-half_width, 0.235 * along], 1)
     parts = [
         extrude(outline, 0.095, top),
         extrude(1.02 * outline, 0.006, dark, lift=0.088),
@@ -188,7 +186,7 @@ def _guitar(rng: np.random.Generator) -> Mesh:
         at(box((0.05, 0.5, 0.025), dark, lift=0.083), 0, 0.46),
         at(box((0.07, 0.16, 0.018), top, lift=0.08), 0, 0.78),
     ]
-    string = tube([(0, -0.12, 0.106), (0, 0.72, 0.111)], 0.001, metal, n_around=4)
+    string = tube([(0, -0.12, 0.106), (0, 0.72, 0.111)], 0.001, wire, n_around=4)
     peg = cylinder(0.008, 0.02, metal, n_around=8)
     parts += [at(string, x, 0) for x in np.linspace(-0.016, 0.016, 6)]
     parts += [at(peg, x, 0.73 + 0.045 * i, 0.08) for x in (-0.042, 0.042) for i in range(3)]
@@ -196,10 +194,11 @@ def _guitar(rng: np.random.Generator) -> Mesh:
 
 
 def _guitar_stand() -> list[Mesh]:
-    black, apex = rubber(), (0, 0.13, 0.4)
+    black, apex = rubber(), (0.0, 0.13, 0.4)
     front = [(-0.2, -0.14, 0.01), (-0.12, 0.02, 0.16), apex, (0.12, 0.02, 0.16), (0.2, -0.14, 0.01)]
-    hooks = [[(x, 0.02, 0.12), (x, -0.16, 0.1), (x, -0.17, 0.14)] for x in (-0.09, 0.09)]
-    return [tube(rod, 0.01, black) for rod in (front, [apex, (0, 0.26, 0.01)], *hooks)]
+    hook = tube([(0, 0.02, 0.12), (0, -0.16, 0.1), (0, -0.17, 0.14)], 0.009, black)
+    back = tube([apex, (0, 0.26, 0.01)], 0.01, black)
+    return [tube(front, 0.01, black), back, at(hook, -0.09, 0), at(hook, 0.09, 0)]
 
 
 KINDS = (

@@ -7,7 +7,7 @@ import numpy as np
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.shapes import cylinder, ellipsoid, lathe, tube
-from curiosight.worlds.rooms.surfaces import Points, arc, turned, warped
+from curiosight.worlds.rooms.surfaces import Points, arc, stretched, turned, warped
 from curiosight.worlds.rooms.things.kind import TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
     ceramic,
@@ -126,12 +126,8 @@ def draw_pot(rng: np.random.Generator) -> Mesh:
         at(cylinder(0.018, 0.025, black), 0, 0, height + 0.028),
     ]
     bow = arc(-np.pi / 2, np.pi / 2, (0.035, 0.04), (0.97 * radius, 0.0), 7)[:, [0, 2, 1]]
-    ear = tube(
-        bow + np.array([0, 0, 0.75 * height]),
-        0.006,
-        shell if rng.random() < 0.5 else black,
-        n_around=8,
-    )
+    grip = tube(bow, 0.006, shell if rng.random() < 0.5 else black, n_around=8)
+    ear = at(grip, 0, 0, 0.75 * height)
     return assembled([*parts, ear, at(ear, 0, 0, 0, np.pi)])
 
 
@@ -174,10 +170,9 @@ def draw_jug(rng: np.random.Generator) -> Mesh:
     body = lathe(np.array(shape) * [radius, height], glaze, fit=False)
 
     def with_lip(points: Points) -> Points:
-        share = (
-            np.clip(points[:, 2] / height - 0.8, 0, 1) * np.clip(-points[:, 0] / radius, 0, 1) ** 3
-        )
-        return points + np.stack([-3 * radius * share, -points[:, 1] * share, 0 * share], 1)
+        lifted = np.clip(points[:, 2] / height - 0.8, 0, 1)
+        share = lifted * np.clip(-points[:, 0] / radius, 0, 1) ** 3
+        return stretched(points, x=1 + 3 * share, y=1 - share)
 
     bow = arc(-np.pi / 2, np.pi / 2, (0.05, 0.3 * height), (0.68 * radius, 0.63 * height))
     return assembled([warped(body, with_lip), tube(bow, 0.008, glaze)])

@@ -32,22 +32,22 @@ def draw_desk_lamp(rng: np.random.Generator) -> Mesh:
     metal = chrome(rng) if rng.random() < 0.5 else paint
     lower, upper = rng.uniform(0.18, 0.22), rng.uniform(0.16, 0.2)
     lean = rng.uniform(0.2, 0.45)
-    elbow = np.array([lower * np.sin(lean), 0, 0.03 + lower * np.cos(lean)])
-    tip = elbow + upper * np.array([-np.cos(0.6), 0, np.sin(0.6)])
+    knee = (lower * np.sin(lean), 0.0, 0.03 + lower * np.cos(lean))
+    tip = (knee[0] - upper * np.cos(0.6), 0.0, knee[2] + upper * np.sin(0.6))
     bell = [(0.075, 0), (0.06, 0.03), (0.035, 0.065), (0.025, 0.1), (0, 0.105)]
     inside = [(0, 0.09), (0.03, 0.06), (0.055, 0.028), (0.072, 0)]
     head = lathe([*inside, *bell], paint, fit=False)
     bulb = at(
         ellipsoid((0.028, 0.028, 0.035), shining(colour(255, 236, 190), 1.0), n_around=12), 0, 0
     )
-    pose = turned((0, 1, 0), 0.5, tip - [0.045, 0, 0.085])
+    pose = turned((0, 1, 0), 0.5, (tip[0] - 0.045, 0, tip[2] - 0.085))
     joint = ellipsoid((0.013, 0.013, 0.013), metal, n_around=12)
     return assembled(
         [
             cylinder(rng.uniform(0.075, 0.095), 0.02, paint, top_radius=0.07),
-            tube([(0, 0, 0.01), elbow], 0.006, metal, n_around=8),
-            tube([elbow, tip], 0.006, metal, n_around=8),
-            at(joint, *(elbow - [0, 0, 0.013])),
+            tube([(0, 0, 0.01), knee], 0.006, metal, n_around=8),
+            tube([knee, tip], 0.006, metal, n_around=8),
+            at(joint, knee[0], 0, knee[2] - 0.013),
             head.moved(pose),
             bulb.moved(pose),
         ]

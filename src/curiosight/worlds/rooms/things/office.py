@@ -40,8 +40,8 @@ def _volume(rng: np.random.Generator, size: tuple[float, float, float]) -> Mesh:
     cover = printed(_on_its_side(prints.book_cover(rng)), gloss=0.2)
     spine = printed(_on_its_side(prints.book_spine(rng)), gloss=0.2)
     board = 0.003
-    paper = Material(textures.stripes(rng, [colour(226, 220, 200), colour(206, 198, 176)]), (1, 1))
-    edges = Material(np.ascontiguousarray(paper.texture.transpose(1, 0, 2)), (0.05, 0.02))
+    paper = textures.stripes(rng, [colour(226, 220, 200), colour(206, 198, 176)])
+    edges = Material(_on_its_side(paper), (0.05, 0.02))
     lids = [
         at(box((width, depth, board), cover, fit=True), 0, 0, level)
         for level in (0.0, thickness - board)
@@ -72,11 +72,8 @@ def draw_book(rng: np.random.Generator) -> Mesh:
 
 
 def _draw_open_book(rng: np.random.Generator) -> Mesh:
-    width, height, thickness = (
-        rng.uniform(0.14, 0.2),
-        rng.uniform(0.2, 0.27),
-        rng.uniform(0.01, 0.02),
-    )
+    width, height = rng.uniform(0.14, 0.2), rng.uniform(0.2, 0.27)
+    thickness = rng.uniform(0.01, 0.02)
     cover = plastic(draw_colour(rng), 0.2)
     parts = [box((2 * width + 0.01, height + 0.008, 0.003), cover)]
     for side in (-1, 1):
@@ -88,7 +85,7 @@ def _draw_open_book(rng: np.random.Generator) -> Mesh:
 
 
 def draw_books(rng: np.random.Generator) -> Mesh:
-    """Return a pile of books, or a row of them between two ends."""
+    """Return a pile of books, or a row of standing ones."""
     sizes = [_book_size(rng) for _ in range(int(rng.integers(3, 7)))]
     books = [_volume(rng, size) for size in sizes]
     thicknesses = np.array([size[2] for size in sizes])

@@ -16,7 +16,6 @@ from curiosight.worlds.rooms.things.materials import (
     near,
     plastic,
     printed,
-    shade,
     steel,
 )
 
@@ -29,7 +28,7 @@ def packet(
     """Return a box with one print in front and behind, another on its sides, and lids."""
     materials = (front, front, side, side, lid, lid)
     faces = zip(box_faces(size), materials, strict=True)
-    return join([panel(*face, material, fit=True) for face, material in faces])
+    return join([panel(*face, material, spacing=0.04, fit=True) for face, material in faces])
 
 
 def draw_cereal_box(rng: np.random.Generator) -> Mesh:
@@ -86,11 +85,12 @@ def _tin(rng: np.random.Generator, radius: float, height: float) -> Mesh:
     ends = [(0, 0.004), (radius - 0.003, 0.004), (radius - 0.002, 0), (radius, 0), (radius, height)]
     ends += [(radius - 0.002, height), (radius - 0.003, height - 0.005), (0, height - 0.005)]
     side = radius + 0.0008
-    label = lathe([(side, 0.006), (side, height - 0.006)], printed(_wrapped_label(rng)))
+    label = lathe([(side, 0.006), (side, height - 0.006)], printed(wrapped_label(rng)))
     return join([lathe(ends, metal, n_around=28, fit=False), label])
 
 
-def _wrapped_label(rng: np.random.Generator) -> Texture:
+def wrapped_label(rng: np.random.Generator) -> Texture:
+    """Return a print for something round: its front comes twice."""
     label = prints.label(rng, (192, 240))
     return np.concatenate([label, label], axis=1)
 
@@ -101,7 +101,7 @@ def draw_drink_can(rng: np.random.Generator) -> Mesh:
     foot = [(0.024, 0.0), (0.026, 0.0), (radius, 0.012)]
     neck = [(radius, height - 0.014), (0.027, height - 0.002), (0.027, height)]
     top = [(0.0255, height), (0.025, height - 0.004), (0, height - 0.004)]
-    print_side = lathe([foot[-1], neck[0]], printed(_wrapped_label(rng), gloss=0.6))
+    print_side = lathe([foot[-1], neck[0]], printed(wrapped_label(rng), gloss=0.6))
     metal = chrome(rng)
     return assembled([lathe(foot, metal), print_side, lathe([*neck, *top], metal)])
 
@@ -112,15 +112,10 @@ def draw_wine_bottle(rng: np.random.Generator) -> Mesh:
     shoulder, neck = rng.uniform(0.5, 0.66) * height, rng.uniform(0.72, 0.8) * height
     tint = near(rng, BOTTLE_GLASS[rng.integers(len(BOTTLE_GLASS))])
     profile = [(0, 0), (radius * 0.95, 0), (radius, 0.006), (radius, shoulder)]
-    profile += [
-        (radius * 0.9, shoulder + 0.02),
-        (0.02, neck - 0.01),
-        (0.0145, neck),
-        (0.014, height),
-    ]
-    body = lathe([*profile, (0, height)], glass(tint), n_around=28, fit=False)
+    profile += [(radius * 0.9, shoulder + 0.02), (0.02, neck - 0.01), (0.0145, neck)]
+    body = lathe([*profile, (0.014, height), (0, height)], glass(tint), n_around=28, fit=False)
     low, high = rng.uniform(0.1, 0.2) * height, shoulder - rng.uniform(0.01, 0.03)
-    paper = lathe([(radius + 0.0006, low), (radius + 0.0006, high)], printed(_wrapped_label(rng)))
+    paper = lathe([(radius + 0.0006, low), (radius + 0.0006, high)], printed(wrapped_label(rng)))
     foil = cylinder(0.0155, 0.2 * height, plastic(draw_colour(rng), 0.4), lift=0.81 * height)
     return assembled([body, paper, foil])
 
@@ -134,9 +129,8 @@ def draw_plastic_bottle(rng: np.random.Generator) -> Mesh:
     profile += [(0.9, 0.74), (0.6, 0.82), (0.3, 0.85), (0.28, 0.88), (0, 0.88)]
     squash = np.array([width / 2, height])
     body = lathe(np.array(profile) * squash, shell, n_around=28, fit=False)
-    band = lathe(
-        np.array([(1.01, 0.06), (1.01, 0.34)]) * squash, printed(_wrapped_label(rng), gloss=0.3)
-    )
+    sleeve = np.array([(1.01, 0.06), (1.01, 0.34)]) * squash
+    band = lathe(sleeve, printed(wrapped_label(rng), gloss=0.3))
     cap = plastic(draw_colour(rng, vivid=0.6), 0.3)
     flat = [scaled(part, (1, depth / width, 1)) for part in (body, band)]
     return assembled([*flat, cylinder(0.016, 0.14 * height, cap, lift=0.87 * height)])
@@ -145,13 +139,12 @@ def draw_plastic_bottle(rng: np.random.Generator) -> Mesh:
 def draw_jar(rng: np.random.Generator) -> Mesh:
     """Return a jar of preserves with a label and a bright lid."""
     radius, height = rng.uniform(0.035, 0.05), rng.uniform(0.09, 0.15)
-    content = near(
-        rng, ((130, 30, 28), (196, 130, 40), (112, 122, 62), (84, 52, 34))[rng.integers(4)]
-    )
+    preserves = ((130, 30, 28), (196, 130, 40), (112, 122, 62), (84, 52, 34))
+    content = near(rng, preserves[rng.integers(4)])
     body = [(0, 0), (0.9, 0), (1, 0.05), (1, 0.75), (0.82, 0.86), (0.82, 0.88), (0, 0.88)]
     jar = lathe(np.array(body) * [radius, height], glass(content), n_around=28, fit=False)
     side = radius + 0.0006
-    label = lathe([(side, 0.15 * height), (side, 0.62 * height)], printed(_wrapped_label(rng)))
+    label = lathe([(side, 0.15 * height), (side, 0.62 * height)], printed(wrapped_label(rng)))
     lid = plastic(draw_colour(rng, vivid=0.8), 0.4)
     return assembled([jar, label, cylinder(0.88 * radius, 0.16 * height, lid, lift=0.84 * height)])
 
@@ -181,18 +174,12 @@ def draw_parcel(rng: np.random.Generator) -> Mesh:
     strip = rng.uniform(0.04, 0.06)
     paper = printed(prints.label(rng) if rng.random() < 0.5 else prints.page(rng))
     label = panel((0, 0, 0), (0.3 * width, 0, 0), (0, 0, 0.4 * height), paper, fit=True)
+    x, z = rng.uniform(-0.4, 0.1) * width, rng.uniform(0.2, 0.5) * height
     parts = [
         box(size, card),
         box((width + 0.001, strip, height / 3), tape, lift=height * 2 / 3 + 0.0008),
-        at(
-            label,
-            rng.uniform(-0.4, 0.1) * width,
-            -depth / 2 - 0.0008,
-            rng.uniform(0.2, 0.5) * height,
-        ),
+        at(label, x, -depth / 2 - 0.0008, z),
     ]
-    seam = plastic(shade(card.texture.mean((0, 1)), 0.6), 0.0)
-    parts.append(box((0.001 + width, 0.003, 0.0006), seam, lift=height + 0.0009))
     return assembled(parts)
 
 

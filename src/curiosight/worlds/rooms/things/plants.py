@@ -9,7 +9,7 @@ from curiosight.worlds.rooms import textures
 from curiosight.worlds.rooms.mesh import Material, Mesh, join
 from curiosight.worlds.rooms.palette import Colour, draw_colour
 from curiosight.worlds.rooms.shapes import ellipsoid, lathe, tube
-from curiosight.worlds.rooms.surfaces import Points, sheet, turned, unit, warped
+from curiosight.worlds.rooms.surfaces import Points, sheet, stretched, turned, unit, warped
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
     ceramic,
@@ -39,15 +39,7 @@ def pot(rng: np.random.Generator, radius: float, height: float) -> Mesh:
     slope = rng.uniform(0.65, 0.95)
     profile = [(0, 0), (slope, 0), (0.97, 0.8), (1, 1), (0.92, 1), (0.9, 0.88)]
     if is_clay:
-        profile = [
-            (0, 0),
-            (slope, 0),
-            (0.93, 0.78),
-            (1.03, 0.78),
-            (1.05, 1),
-            (0.94, 1),
-            (0.9, 0.88),
-        ]
+        profile[2:] = [(0.93, 0.78), (1.03, 0.78), (1.05, 1), (0.94, 1), (0.9, 0.88)]
     body = lathe(np.array(profile) * [radius, height], wall, n_around=28, fit=False)
     soil = Material(textures.soil(rng), (0.15, 0.15))
     earth = [(0.91 * radius, 0.87 * height), (0, 0.9 * height)]
@@ -213,9 +205,9 @@ def _ribbed(radius: float, height: float, lift: float, skin: Material) -> Mesh:
     def ribs(points: Points) -> Points:
         angle = np.arctan2(points[:, 1], points[:, 0])
         depth = 1 + 0.09 * np.cos(12 * angle)
-        return points * np.stack([depth, depth, np.ones_like(depth)], 1) + [0, 0, lift]
+        return stretched(points, depth, depth)
 
-    return warped(column, ribs)
+    return at(warped(column, ribs), 0, 0, lift)
 
 
 def draw_flowers(rng: np.random.Generator) -> Mesh:

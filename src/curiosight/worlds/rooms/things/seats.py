@@ -7,14 +7,14 @@ import numpy as np
 from curiosight.worlds.rooms.mesh import Material, Mesh
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.shapes import box, cylinder, lathe, rounded_box, tube
-from curiosight.worlds.rooms.surfaces import Points, sheet, turned, warped
+from curiosight.worlds.rooms.surfaces import Points, scaled, sheet, turned, warped
 from curiosight.worlds.rooms.things.kind import FLOOR, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
+    black_plastic,
     chrome,
     cloth,
     colour,
     leather,
-    near,
     plastic,
     rubber,
     timber,
@@ -31,21 +31,19 @@ def draw_wooden_chair(rng: np.random.Generator) -> Mesh:
     seat, top = rng.uniform(0.43, 0.47), rng.uniform(0.82, 0.96)
     frame = _frame_material(rng)
     leg = rng.uniform(0.032, 0.042)
-    x, y = (width - leg) / 2, (depth - leg) / 2
     lean = rng.uniform(0.04, 0.1)
-    parts = [at(box((leg, leg, seat), frame), side * x, -y) for side in (-1, 1)]
-    parts += [at(box((leg, leg, seat), frame), side * x, y) for side in (-1, 1)]
-    parts += [
-        at(box((width - leg, 0.02, 0.06), frame, lift=seat - 0.07), 0, side * y) for side in (-1, 1)
-    ]
+    x, y = (width - leg) / 2, (depth - leg) / 2
+    post = box((leg, leg, seat), frame)
+    apron = box((width - leg, 0.02, 0.06), frame, lift=seat - 0.07)
+    parts = [at(post, sx * x, sy * y) for sx in (-1, 1) for sy in (-1, 1)]
+    parts += [at(apron, 0, -y), at(apron, 0, y)]
     cushion = cloth(rng) if rng.random() < 0.5 else frame
-    parts.append(
-        rounded_box((width + 0.01, depth + 0.01, 0.035), 0.012, cushion, lift=seat - 0.005)
-    )
+    plate = (width + 0.01, depth + 0.01, 0.035)
+    parts.append(rounded_box(plate, 0.012, cushion, lift=seat - 0.005))
 
     def leaning(points: Points) -> Points:
         share = np.clip((points[:, 2] - seat) / (top - seat), 0, 1)
-        return points + np.stack([0 * share, lean * share, 0 * share], 1)
+        return points + share[:, None] * [0.0, lean, 0.0]
 
     height = top - seat
     back = [at(box((leg, leg, height), frame, lift=seat), side * x, y) for side in (-1, 1)]
@@ -59,11 +57,9 @@ def _chair_back(
     rail = box((width, 0.024, 0.07), frame, lift=seat + height - 0.075)
     design = rng.integers(3)
     if design == 0:
-        slats = np.linspace(-0.36, 0.36, int(rng.integers(4, 7))) * width
-        return [
-            rail,
-            *(at(box((0.028, 0.014, height - 0.06), frame, lift=seat), x, 0) for x in slats),
-        ]
+        slat = box((0.028, 0.014, height - 0.06), frame, lift=seat)
+        places = np.linspace(-0.36, 0.36, int(rng.integers(4, 7))) * width
+        return [rail, *(at(slat, x, 0) for x in places)]
     if design == 1:
         levels = np.linspace(0.3, 0.72, int(rng.integers(2, 4))) * height
         return [rail, *(box((width, 0.018, 0.05), frame, lift=seat + level) for level in levels)]
@@ -88,13 +84,15 @@ def draw_shell_chair(rng: np.random.Generator) -> Mesh:
         for sx in (-1, 1)
         for sy in (-1, 1)
     ]
-    return assembled([sheet(skin, shell), *legs])
+    # Seats differ by a few centimetres in height.
+    tall = rng.uniform(0.93, 1.06)
+    return assembled([scaled(part, (1, 1, tall)) for part in (sheet(skin, shell), *legs)])
 
 
 def draw_office_chair(rng: np.random.Generator) -> Mesh:
     """Return a swivel chair on five castors."""
     cover = cloth(rng) if rng.random() < 0.6 else leather(rng, draw_colour(rng, vivid=0.2))
-    black = plastic(near(rng, (40, 40, 42), 5), 0.15)
+    black = black_plastic(rng)
     base = black if rng.random() < 0.6 else chrome(rng)
     seat, back = rng.uniform(0.43, 0.5), rng.uniform(0.42, 0.54)
     parts = [
@@ -109,25 +107,27 @@ def draw_office_chair(rng: np.random.Generator) -> Mesh:
         return np.stack([points[:, 0] * taper, points[:, 1] - curve, points[:, 2]], 1)
 
     parts.append(warped(pad, hollow).moved(turned((1, 0, 0), -0.12, (0, 0.22, seat + 0.08))))
-    parts.append(
-        tube([(0, 0.1, seat - 0.04), (0, 0.27, seat - 0.02), (0, 0.3, seat + 0.25)], 0.018, black)
-    )
-    for i in range(5):
-        angle = 2 * np.pi * i / 5 + 0.3
-        out = np.array([np.cos(angle), np.sin(angle), 0])
-        parts.append(
-            tube([[0, 0, 0.1], 0.27 * out + [0, 0, 0.07]], [0.026, 0.016], base, n_around=8)
-        )
-        castor = cylinder(0.028, 0.04, rubber(), n_around=14)
-        lying = turned((0, 0, 1), angle, 0.27 * out + [0, 0, 0.028]) @ turned((1, 0, 0), np.pi / 2)
-        parts.append(at(castor, 0, 0, -0.02).moved(lying))
+    spring = [(0, 0.1, seat - 0.04), (0, 0.27, seat - 0.02), (0, 0.3, seat + 0.25)]
+    parts += [tube(spring, 0.018, black), *_castors(base)]
     if rng.random() < 0.5:
-        for side in (-1, 1):
-            bend = [(0.2, 0.05, seat - 0.02), (0.27, 0.05, seat), (0.27, 0.05, seat + 0.2)]
-            parts.append(tube(np.array(bend) * [side, 1, 1], 0.016, black, n_around=8))
-            rest = rounded_box((0.06, 0.25, 0.03), 0.012, black, lift=seat + 0.19)
-            parts.append(at(rest, side * 0.27, 0))
+        parts += _armrests(seat, black)
     return assembled(parts)
+
+
+def _castors(base: Material) -> list[Mesh]:
+    """Return five legs with a wheel each."""
+    leg = tube([(0, 0, 0.1), (0.27, 0, 0.07)], [0.026, 0.016], base, n_around=8)
+    upright = turned((1, 0, 0), np.pi / 2, (0.27, 0.02, 0.028))
+    wheel = cylinder(0.028, 0.04, rubber(), n_around=14).moved(upright)
+    headings = 0.3 + np.arange(5) * 2 * np.pi / 5
+    return [at(part, 0, 0, 0, heading) for heading in headings for part in (leg, wheel)]
+
+
+def _armrests(seat: float, stuff: Material) -> list[Mesh]:
+    bend = [(0.2, 0.05, seat - 0.02), (0.27, 0.05, seat), (0.27, 0.05, seat + 0.2)]
+    stay = tube(bend, 0.016, stuff, n_around=8)
+    rest = at(rounded_box((0.06, 0.25, 0.03), 0.012, stuff, lift=seat + 0.19), 0.27, 0)
+    return [stay, rest, scaled(stay, (-1, 1, 1)), scaled(rest, (-1, 1, 1))]
 
 
 def draw_stool(rng: np.random.Generator) -> Mesh:
@@ -158,16 +158,8 @@ def draw_pouf(rng: np.random.Generator) -> Mesh:
     if rng.random() < 0.5:
         size = (2 * radius, 2 * radius, height)
         return assembled([rounded_box(size, 0.05, cover, n_bevel=3)])
-    profile = [
-        (0, 0),
-        (0.8, 0),
-        (0.95, 0.12),
-        (1, 0.4),
-        (1, 0.6),
-        (0.95, 0.86),
-        (0.8, 0.97),
-        (0, 1),
-    ]
+    profile = [(0, 0), (0.8, 0), (0.95, 0.12), (1, 0.4), (1, 0.6)]
+    profile += [(0.95, 0.86), (0.8, 0.97), (0, 1)]
     return assembled([lathe(np.array(profile) * [radius, height], cover, fit=False)])
 
 

@@ -21,9 +21,11 @@ from curiosight.worlds.rooms.shapes import (
 from curiosight.worlds.rooms.surfaces import Points, arc, scaled, turned, warped
 from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
+    black_plastic,
     chrome,
     cloth,
     colour,
+    glass,
     near,
     plastic,
     shade,
@@ -50,9 +52,8 @@ def draw_bucket(rng: np.random.Generator) -> Mesh:
     wire = chrome(rng)
     bow = arc(0, np.pi, (brim + 0.008, brim + 0.008), n_points=15)
     raise_by = rng.choice([0.0, np.pi / 2 + 0.15])
-    bail = tube(bow, 0.004, wire, n_around=6).moved(
-        turned((1, 0, 0), raise_by, (0, 0, height - 0.03))
-    )
+    hinge = turned((1, 0, 0), raise_by, (0, 0, height - 0.03))
+    bail = tube(bow, 0.004, wire, n_around=6).moved(hinge)
     parts = [tub(0.72 * brim, brim, height, wall), bail]
     if rng.random() < 0.4:
         water = cylinder(0.93 * brim, 0.003, plastic(colour(96, 118, 128), 0.8), lift=0.75 * height)
@@ -64,15 +65,12 @@ def draw_waste_bin(rng: np.random.Generator) -> Mesh:
     """Return a paper basket, or a bin with a pedal and a lid."""
     radius, height = rng.uniform(0.12, 0.17), rng.uniform(0.28, 0.42)
     if rng.random() < 0.5:
-        wall = (
-            Material(textures.wicker(rng, draw_colour(rng, vivid=0.2)), (0.12, 0.12))
-            if rng.random() < 0.3
-            else plastic(draw_colour(rng, vivid=0.5), 0.2)
-        )
-        parts = [tub(0.78 * radius, radius, height, wall)]
-        return assembled([*parts, *_crumpled_papers(rng, 0.7 * radius, 0.72 * height)])
+        hue = draw_colour(rng, vivid=0.4)
+        cane = Material(textures.wicker(rng, hue), (0.12, 0.12))
+        basket = tub(0.78 * radius, radius, height, cane if rng.random() < 0.3 else plastic(hue))
+        return assembled([basket, *_crumpled_papers(rng, 0.7 * radius, 0.72 * height)])
     wall = chrome(rng) if rng.random() < 0.5 else plastic(draw_colour(rng), 0.4)
-    black = plastic(colour(34, 34, 36))
+    black = black_plastic(rng)
     dome = [(1.0, 0.0), (1.01, 0.05), (0.9, 0.22), (0.5, 0.36), (0, 0.4)]
     lid = lathe(np.array(dome) * radius, wall, fit=False)
     pedal = rounded_box((0.07, 0.06, 0.014), 0.006, black, lift=0.01)
@@ -116,10 +114,8 @@ def _slatted(size: tuple[float, float, float], n_slats: int, wood: Material) -> 
     parts = [box((width, depth, 0.01), wood)]
     for i in range(n_slats):
         low = i * pitch + 0.005
-        long, short = (
-            box((width, 0.01, board), wood, lift=low),
-            box((0.01, depth, board), wood, lift=low),
-        )
+        long = box((width, 0.01, board), wood, lift=low)
+        short = box((0.01, depth, board), wood, lift=low)
         parts += [at(long, 0, side * depth / 2) for side in (-1, 1)]
         parts += [at(short, side * width / 2, 0) for side in (-1, 1)]
     post = box((0.025, 0.025, height), wood)
@@ -135,20 +131,22 @@ def draw_crate(rng: np.random.Generator) -> Mesh:
     stuff = timber(rng) if is_wood else plastic(draw_colour(rng, vivid=0.85), 0.2)
     parts = _slatted(size, int(rng.integers(3, 5)) if is_wood else 2, stuff)
     if not is_wood:
-        rim = [box((width + 0.03, 0.03, 0.03), stuff, lift=height - 0.02)]
+        front = box((width + 0.03, 0.03, 0.03), stuff, lift=height - 0.02)
         side = box((0.03, depth + 0.03, 0.03), stuff, lift=height - 0.02)
-        parts += [at(rim[0], 0, y * depth / 2) for y in (-1, 1)]
+        parts += [at(front, 0, y * depth / 2) for y in (-1, 1)]
         parts += [at(side, x * width / 2, 0) for x in (-1, 1)]
     if rng.random() < 0.5:
-        glass_like = plastic(near(rng, (52, 72, 44)), 0.6)
-        cap = plastic(draw_colour(rng, vivid=0.8), 0.4)
-        profile = [(0, 0), (0.034, 0), (0.034, 0.16), (0.014, 0.21), (0.013, 0.26), (0, 0.26)]
-        bottle = lathe(profile, glass_like, n_around=12, spacing=0.1, fit=False)
-        top = cylinder(0.015, 0.012, cap, n_around=10, lift=0.255)
-        one = join([bottle, top])
-        columns, rows = np.arange(4) - 1.5, np.arange(3) - 1
-        parts += [at(one, 0.22 * width * x, 0.29 * depth * y, 0.012) for x in columns for y in rows]
+        bottle = _plain_bottle(rng)
+        columns, rows = 0.22 * width * (np.arange(4) - 1.5), 0.29 * depth * (np.arange(3) - 1)
+        parts += [at(bottle, x, y, 0.012) for x in columns for y in rows]
     return assembled(parts)
+
+
+def _plain_bottle(rng: np.random.Generator) -> Mesh:
+    stuff, cap = glass(near(rng, (52, 72, 44))), plastic(draw_colour(rng, vivid=0.8), 0.4)
+    profile = [(0, 0), (0.034, 0), (0.034, 0.16), (0.014, 0.21), (0.013, 0.26), (0, 0.26)]
+    body = lathe(profile, stuff, n_around=12, spacing=0.1, fit=False)
+    return join([body, cylinder(0.015, 0.012, cap, n_around=10, lift=0.255)])
 
 
 def draw_basket(rng: np.random.Generator) -> Mesh:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from curiosight.worlds.rooms import textures
-from curiosight.worlds.rooms.mesh import Material, Mesh, Texture
+from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.shapes import box, cylinder, ellipsoid, rounded_box, tube
-from curiosight.worlds.rooms.surfaces import Points, scaled, turned, unit, warped
+from curiosight.worlds.rooms.surfaces import Points, scaled, stretched, turned, unit, warped
 from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
     chrome,
@@ -23,14 +21,14 @@ from curiosight.worlds.rooms.things.materials import (
     timber,
 )
 
-Radii = tuple[float, float, float]
+Triple = tuple[float, float, float]
 
 GOLDEN = (1 + 5**0.5) / 2
 
 
 def draw_ball(rng: np.random.Generator) -> Mesh:
     """Return a football, a basketball, or a ball of coloured segments."""
-    draw_cover = (_football, _basketball, _beach_ball)[rng.integers(3)]
+    draw_cover = (_beach_ball, _football, _football, _basketball)[rng.integers(4)]
     radius = rng.uniform(0.09, 0.125)
     cover = Material(draw_cover(rng), gloss=0.2, sharpness=20.0)
     ball = at(ellipsoid((radius,) * 3, cover, n_around=32), 0, 0, -radius)
@@ -89,21 +87,18 @@ def draw_teddy(rng: np.random.Generator) -> Mesh:
     hue = near(
         rng, ((150, 104, 62), (196, 160, 116), (120, 84, 62), (200, 196, 188))[rng.integers(4)], 12
     )
-    fur = Material(textures.carpet(rng, hue), (0.25, 0.25))
-    pale = Material(textures.carpet(rng, shade(hue, 1.3)), (0.25, 0.25))
+    fur = Material(textures.carpet(rng, hue), (0.4, 0.4))
+    pale = Material(textures.carpet(rng, shade(hue, 1.3)), (0.4, 0.4))
     black = plastic(colour(24, 22, 22), 0.5)
-    is_rabbit = rng.random() < 0.35
-    ear = (0.1, 0.06, 0.36) if is_rabbit else (0.16, 0.08, 0.16)
+    ear = (0.1, 0.06, 0.36) if rng.random() < 0.35 else (0.16, 0.08, 0.16)
     # Radii, centre, material; in units of the bear's size.
-    blobs: list[tuple[Radii, Radii, Material]] = [
+    blobs: list[tuple[Triple, Triple, Material]] = [
         ((0.5, 0.42, 0.55), (0, 0, 0.52), fur),
         ((0.34, 0.3, 0.36), (0, -0.16, 0.5), pale),
-    ]
-    blobs += [
         ((0.4, 0.36, 0.36), (0, -0.02, 1.3), fur),
         ((0.18, 0.16, 0.13), (0, -0.34, 1.22), pale),
+        ((0.06, 0.05, 0.045), (0, -0.49, 1.27), black),
     ]
-    blobs += [((0.06, 0.05, 0.045), (0, -0.49, 1.27), black)]
     for side in (-1, 1):
         blobs += [
             (ear, (side * 0.24, 0.02, 1.62 + ear[2] / 3), fur),
@@ -114,15 +109,10 @@ def draw_teddy(rng: np.random.Generator) -> Mesh:
         ]
     parts = []
     for radii, centre, stuff in blobs:
-        n_around = 10 if max(radii) < 0.1 else 16
-        blob = _tiled(ellipsoid(radii, stuff, n_around=n_around), 3.0)
+        n_around = 8 if max(radii) < 0.1 else 14
+        blob = ellipsoid(radii, stuff, n_around=n_around)
         parts.append(at(blob, centre[0], centre[1], centre[2] - radii[2]))
     return assembled([scaled(part, size) for part in parts])
-
-
-def _tiled(mesh: Mesh, repeats: float) -> Mesh:
-    """Return the mesh with its uv stretched to this part of a metre."""
-    return replace(mesh, uv=(mesh.uv * np.float32(0.25 * repeats)))
 
 
 def draw_block_tower(rng: np.random.Generator) -> Mesh:
@@ -148,95 +138,74 @@ def draw_block_tower(rng: np.random.Generator) -> Mesh:
 
 
 def draw_toy_car(rng: np.random.Generator) -> Mesh:
-    """Return a car or a lorry on four wheels."""
-    length = rng.uniform(0.16, 0.34)
-    width, wheel = 0.46 * length, 0.12 * length
-    paint, window = plastic(draw_colour(rng, vivid=0.85), 0.45), plastic(colour(40, 48, 58), 0.7)
-    is_lorry = rng.random() < 0.5
-    body = rounded_box((length, width, 0.2 * length), 0.04 * length, paint, lift=0.7 * wheel)
-    floor = 0.7 * wheel + 0.19 * length
-    if is_lorry:
-        bed = box(
-            (0.6 * length, width, 0.22 * length), plastic(draw_colour(rng, vivid=0.85)), lift=floor
-        )
-        cab = rounded_box((0.28 * length, width, 0.24 * length), 0.03 * length, paint, lift=floor)
-        glazing = box(
-            (0.2 * length, 1.01 * width, 0.1 * length), window, lift=floor + 0.09 * length
-        )
-        front = at(
-            box((0.03 * length, 0.8 * width, 0.1 * length), window, lift=floor + 0.09 * length),
-            -0.475 * length,
-            0,
-        )
-        top = [
-            at(bed, 0.18 * length, 0),
-            at(cab, -0.34 * length, 0),
-            at(glazing, -0.34 * length, 0),
-            front,
-        ]
+    """Return a car or a lorry on four wheels, its front towards -x."""
+    paint = plastic(draw_colour(rng, vivid=0.85), 0.45)
+    window = plastic(colour(40, 48, 58), 0.7)
+    body = rounded_box((1, 0.46, 0.2), 0.04, paint, lift=0.084, spacing=0.3)
+    if rng.random() < 0.5:
+        top = _lorry_top(paint, window, plastic(draw_colour(rng, vivid=0.85)))
     else:
-        cabin = box((0.55 * length, 0.88 * width, 0.16 * length), window, lift=floor)
-        roof = rounded_box(
-            (0.4 * length, 0.8 * width, 0.03 * length),
-            0.012 * length,
-            paint,
-            lift=floor + 0.15 * length,
-        )
+        top = _car_top(paint, window)
+    light = plastic(colour(240, 230, 190), 0.6)
+    lamp = ellipsoid((0.02, 0.03, 0.03), light, n_around=10, lift=0.17)
+    lamps = [at(lamp, -0.5, y) for y in (-0.15, 0.15)]
+    whole = join([body, *top, *_wheels(chrome(rng)), *lamps])
+    return assembled([scaled(whole, rng.uniform(0.16, 0.34))])
 
-        def slanted(points: Points) -> Points:
-            share = 1 - 0.25 * np.clip((points[:, 2:] - floor) / (0.16 * length), 0, 1)
-            return points * np.concatenate([share, share**0.5, np.ones_like(share)], 1)
 
-        top = [at(warped(cabin, slanted), 0.05 * length, 0), at(roof, 0.05 * length, 0)]
-    hub = chrome(rng)
-    parts = [body, *top]
-    for x in (-0.3, 0.3):
-        for side in (-1, 1):
-            lying = turned(
-                (1, 0, 0), side * np.pi / 2, (x * length, side * (width / 2 - 0.05 * length), wheel)
-            )
-            tyre = cylinder(wheel, 0.07 * length, rubber(), n_around=20)
-            cap = cylinder(0.5 * wheel, 0.075 * length, hub, n_around=12)
-            parts += [at(part, 0, 0, -0.07 * length).moved(lying) for part in (tyre, cap)]
-    lamp = ellipsoid(
-        (0.02 * length, 0.03 * length, 0.03 * length),
-        plastic(colour(240, 230, 190), 0.6),
-        n_around=10,
-    )
-    parts += [at(lamp, -0.5 * length, y * width, wheel + 0.05 * length) for y in (-0.33, 0.33)]
-    return assembled(parts)
+def _lorry_top(paint: Material, window: Material, load: Material) -> list[Mesh]:
+    bed = box((0.6, 0.46, 0.22), load, lift=0.274, spacing=0.3)
+    cab = rounded_box((0.28, 0.46, 0.24), 0.03, paint, lift=0.274, spacing=0.3)
+    sides = box((0.2, 0.465, 0.1), window, lift=0.36, spacing=0.3)
+    front = box((0.03, 0.37, 0.1), window, lift=0.36, spacing=0.3)
+    return [at(bed, 0.18, 0), at(cab, -0.34, 0), at(sides, -0.34, 0), at(front, -0.475, 0)]
+
+
+def _car_top(paint: Material, window: Material) -> list[Mesh]:
+    def slanted(points: Points) -> Points:
+        share = 1 - 0.25 * np.clip((points[:, 2] - 0.274) / 0.16, 0, 1)
+        return stretched(points, x=share, y=share**0.5)
+
+    cabin = warped(box((0.55, 0.405, 0.16), window, lift=0.274, spacing=0.3), slanted)
+    roof = rounded_box((0.4, 0.37, 0.03), 0.012, paint, lift=0.424, spacing=0.3)
+    return [at(cabin, 0.05, 0), at(roof, 0.05, 0)]
+
+
+def _wheels(hub: Material) -> list[Mesh]:
+    tyre = at(cylinder(0.12, 0.07, rubber(), n_around=20, spacing=0.2), 0, 0, -0.07)
+    cap = at(cylinder(0.06, 0.075, hub, n_around=12, spacing=0.2), 0, 0, -0.07)
+    wheel = join([tyre, cap])
+    return [
+        wheel.moved(turned((1, 0, 0), -side * np.pi / 2, (x, side * 0.25, 0.12)))
+        for x in (-0.3, 0.3)
+        for side in (-1, 1)
+    ]
 
 
 def draw_robot(rng: np.random.Generator) -> Mesh:
     """Return a toy robot with lit eyes."""
     size = rng.uniform(0.2, 0.34)
-    paint, trim = (
-        plastic(draw_colour(rng, vivid=0.7), 0.4),
-        plastic(draw_colour(rng, vivid=0.7), 0.3),
-    )
+    paint = plastic(draw_colour(rng, vivid=0.7), 0.4)
+    trim = plastic(draw_colour(rng, vivid=0.7), 0.3)
     metal = chrome(rng)
     glow = shining(draw_colour(rng, vivid=1.0), 1.2)
     parts = [
-        rounded_box((0.44, 0.3, 0.36), 0.04, paint, lift=0.34),
-        rounded_box((0.3, 0.26, 0.22), 0.04, trim, lift=0.75),
+        rounded_box((0.44, 0.3, 0.36), 0.04, paint, lift=0.34, spacing=0.2),
+        rounded_box((0.3, 0.26, 0.22), 0.04, trim, lift=0.75, spacing=0.2),
         cylinder(0.06, 0.06, metal, n_around=12, lift=0.69),
         at(box((0.26, 0.01, 0.16), metal, lift=0.46), 0, -0.152),
         tube([(0, 0, 0.96), (0, 0, 1.08)], 0.012, metal, n_around=6),
         ellipsoid((0.03, 0.03, 0.03), glow, n_around=10, lift=1.07),
     ]
-    dial = cylinder(0.035, 0.02, glow, n_around=12).moved(turned((1, 0, 0), np.pi / 2))
+    arm = [(0.22, 0, 0.62), (0.32, -0.02, 0.5), (0.32, -0.14, 0.4)]
+    dial = cylinder(0.035, 0.02, glow, n_around=12, spacing=0.2).moved(turned((1, 0, 0), np.pi / 2))
     for side in (-1, 1):
         parts += [
             at(dial, side * 0.07, -0.125, 0.87),
             at(dial, side * 0.06, -0.155, 0.54),
             at(rounded_box((0.15, 0.26, 0.1), 0.03, trim), side * 0.12, -0.03),
-            at(cylinder(0.055, 0.28, metal, n_around=12), side * 0.12, 0, 0.08),
-            tube(
-                [(side * 0.22, 0, 0.62), (side * 0.32, -0.02, 0.5), (side * 0.32, -0.14, 0.4)],
-                0.04,
-                metal,
-                n_around=8,
-            ),
+            at(cylinder(0.055, 0.28, metal, n_around=12, spacing=0.2), side * 0.12, 0, 0.08),
+            tube(np.array(arm) * [side, 1, 1], 0.04, metal, n_around=8),
             at(ellipsoid((0.055, 0.055, 0.055), trim, n_around=12), side * 0.32, -0.16, 0.34),
         ]
     return assembled([scaled(part, size) for part in parts])

@@ -35,12 +35,16 @@ DAMAGE = (
 class UntrustedZip:
     """An open zip whose members are found by name; use as a context manager.
 
-    path: the file; `remedy` is what a `DataError` about it advises.
+    remedy: what a `DataError` about it advises. max_bytes: that it may unpack to, all in all.
     """
 
-    def __init__(self, path: Path, remedy: str) -> None:
+    def __init__(self, path: Path, remedy: str, max_bytes: int) -> None:
         self.path = path
-        self.remedy = remedy
+        self._remedy = remedy
+        self._bytes_left = max_bytes
+        if not path.is_file():  # a pipe would be waited for
+            found = "not a file" if path.exists() else "missing"
+            raise DataError(path, found, remedy)
         try:
             self._zip = zipfile.ZipFile(path)
         except DAMAGE as error:
@@ -67,29 +71,28 @@ class UntrustedZip:
     def __contains__(self, name: str) -> bool:
         return normalised(name) in self._members
 
-    def size(self, name: str) -> int:
-        """Return the bytes that a member says it unpacks to."""
-        return self._members[normalised(name)].file_size
-
     def read(self, name: str) -> bytes:
         """Return a member's content; raises `DataError` where it is missing, large or damaged."""
         member = self._members.get(normalised(name))
         if member is None:
-            raise DataError(self.path, f"{name} is missing in it", self.remedy)
-        if member.file_size > MAX_MEMBER_BYTES:
-            found = f"{name} in it unpacks to {member.file_size / 2**20:.0f} MB"
-            raise DataError(self.path, found, self.remedy)
+            raise self._error(f"{name} is missing in it")
+        if member.file_size > min(MAX_MEMBER_BYTES, self._bytes_left):
+            raise self._error(f"{name} in it unpacks to {member.file_size / 2**20:.0f} MB")
         if member.compress_type not in COMPRESSIONS or member.flag_bits & ENCRYPTED:
-            raise DataError(self.path, f"{name} in it is packed in an unusual way", self.remedy)
+            raise self._error(f"{name} in it is packed in an unusual way")
         try:
             with self._zip.open(member) as file:
                 # Asked for so many bytes it unpacks no more, whatever it says of its size.
                 content = file.read(member.file_size + 1)
         except DAMAGE as error:
-            raise DataError(self.path, f"{name} in it is damaged", self.remedy) from error
+            raise self._error(f"{name} in it is damaged") from error
         if len(content) != member.file_size:
-            raise DataError(self.path, f"{name} in it is damaged", self.remedy)
+            raise self._error(f"{name} in it is damaged")
+        self._bytes_left -= len(content)
         return content
+
+    def _error(self, found: str) -> DataError:
+        return DataError(self.path, found, self._remedy)
 
 
 def normalised(name: str) -> str:

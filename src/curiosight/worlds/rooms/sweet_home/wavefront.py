@@ -105,9 +105,9 @@ def _lines(content: bytes) -> Iterator[tuple[int, str, str]]:
         number += 1
         if len(line) == MAX_LINE_BYTES or number > MAX_LINES:
             raise ModelError(f"line {number} is too long, or one too many")
-        keyword, _, rest = line.decode("utf-8", "replace").strip().partition(" ")
-        if keyword and not keyword.startswith("#"):
-            yield number, keyword[:20], rest.strip()
+        words = line.decode("utf-8", "replace").split(maxsplit=1)
+        if words and not words[0].startswith("#"):
+            yield number, words[0][:20], words[1].strip() if len(words) > 1 else ""
 
 
 def _read_paint(paint: Paint, keyword: str, rest: str) -> None:
@@ -167,7 +167,10 @@ class _ObjReader:
             raise ModelError(f"more than {MAX_VERTICES} vertices")
 
     def _read_face(self, rest: str) -> None:
-        first, *others = [self._corner(word) for word in rest.split()]
+        corners = [self._corner(word) for word in rest.split()]
+        # Always from the same corner: a face and its back, if both are there, are cut alike.
+        start = min(range(len(corners)), key=lambda place: self._positions[corners[place][0]])
+        first, *others = corners[start:] + corners[:start]
         material = self._materials.setdefault(self._current, len(self._materials))
         for second, third in pairwise(others):
             self._triangles.append((first, second, third))
