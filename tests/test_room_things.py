@@ -53,7 +53,8 @@ def volume(mesh: Mesh) -> float:
 
 def share_of_normals_outwards(mesh: Mesh) -> float:
     wound = face_normals(mesh)
-    return float(((mesh.normals[mesh.triangles] * wound[:, None]).sum(-1) > 0).mean())
+    agreement = (mesh.normals[mesh.triangles] * wound[:, None]).sum(-1)
+    return float(np.mean(agreement > 0))
 
 
 def content(mesh: Mesh) -> bytes:
@@ -199,6 +200,9 @@ def test_ellipsoid_has_its_size_and_its_gradient_as_normals() -> None:
 def test_tubes_and_rings_enclose_what_they_should() -> None:
     rod = tube([(0, 0, 0), (0.3, 0, 0.4), (0.6, 0, 0.8)], 0.05, GREY, n_around=12)
     assert volume(rod) == pytest.approx(regular_area(12, 0.05), rel=1e-5)
+    # A straight rod has vertices on the way: light is worked out there.
+    heights = np.unique(tube([(0, 0, 0), (0, 0, 1)], 0.05, GREY, spacing=0.25).vertices[:, 2])
+    np.testing.assert_allclose(heights, [0, 0.25, 0.5, 0.75, 1], atol=1e-6)
     hoop = ring(0.5, 0.05, GREY, n_around=96, n_rod=12)
     assert volume(hoop) == pytest.approx(regular_area(12, 0.05) * np.pi, rel=1e-2)
     assert share_of_normals_outwards(hoop) == 1

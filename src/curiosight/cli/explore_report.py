@@ -112,7 +112,7 @@ def _room_map(run: Exploration) -> RoomMap:
         views = seen_from_above(run.dataset.poses, run.teacher.survey.up_world)
         return RoomMap(views, run.regions.of_view, visited)
     room = run.dataset.room
-    furniture = [Footprint(placed.name, placed.footprint) for placed in room.furniture]
+    furniture = [Footprint(placed.furniture.name, placed.footprint) for placed in room.furniture]
     things = [
         Footprint(thing.kind.name, thing.footprint(), is_object=True)
         for thing in room.things

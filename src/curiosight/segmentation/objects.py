@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -13,6 +14,7 @@ from curiosight.segmentation.clusters import euclidean_clusters
 from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
 from curiosight.segmentation.points import Points
 from curiosight.segmentation.settings import SegmentationSettings
+from curiosight.segmentation.stacking import join_stacked
 from curiosight.segmentation.supports import Support
 
 Array = npt.NDArray[Any]
@@ -28,6 +30,7 @@ class Verdict(Enum):
     LARGE = "too large"
     FLAT = "hardly rises over its support"
     FLOATING = "stands on nothing"
+    FURNITURE = "belongs to a seat or a bed"
     WALL_PART = "belongs to a wall"
 
 
@@ -61,6 +64,7 @@ class Surroundings:
     supports: list[Support]
     walls: list[Plane]
     border: Mask
+    upholstery: Mask
     settings: SegmentationSettings
 
 
@@ -79,17 +83,46 @@ def find_clusters(
         leaf=support.settings.leaf,
         tolerance=support.settings.tolerance,
     )
-    min_points = around.settings.min_cluster_px / points.stride**2
     heights = support.heights(points)
     number = np.zeros(free.shape, np.int32)
     clusters = []
-    for label in np.flatnonzero(np.bincount(found) >= min_points):
-        members = where[found == label]
+    for members, stands in _things(where, found, heights, support, around):
+        if len(members) < around.settings.min_cluster_px / points.stride**2:
+            continue
         cluster = _measure(members, heights, support, around)
-        verdict = _judge(cluster, members, heights, support, around)
+        verdict = _judge(cluster, members, heights, support, around, stands)
         clusters.append(replace(cluster, verdict=verdict))
         number.ravel()[members] = len(clusters)
     return number, clusters
+
+
+def _things(
+    where: Array, found: Array, heights: Array, support: Support, around: Surroundings
+) -> Iterator[tuple[Array, bool]]:
+    """Yield the flat indices of the points of each thing, and whether it stands on the support.
+
+    where, found: flat index and cluster of each point.
+    """
+    points = around.points
+    order = np.argsort(found, kind="stable")
+    groups = np.split(where[order], np.cumsum(np.bincount(found))[:-1]) if len(found) else []
+    groups = [members for members in groups if len(members) >= 10]
+    if not groups:
+        return
+    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
+    low, high, hovers = np.empty(len(groups)), np.empty(len(groups)), np.zeros(len(groups), np.bool_)
+    boxes = np.empty((len(groups), 4))
+    for i, members in enumerate(groups):
+        xyz = points.xyz.reshape(-1, 3)[members]
+        low[i], high[i] = np.percentile(heights.ravel()[members], (2, 98))
+        boxes[i] = np.percentile(xyz @ axes, (2, 98), axis=0).ravel()
+        noise = around.settings.noise * float(np.median(xyz[:, 2])) ** 2
+        foot = support.settings.slab + 0.06 + 3 * noise
+        hovers[i] = low[i] > foot and _hidden_share(points.depth, members) < 0.4
+    thing = join_stacked(low, high, boxes, hovers)
+    for label in range(thing.max() + 1):
+        parts = np.flatnonzero(thing == label)
+        yield np.concatenate([groups[part] for part in parts]), not hovers[parts].all()
 
 
 def _measure(members: Array, heights: Array, support: Support, around: Surroundings) -> Cluster:
@@ -112,7 +145,7 @@ def _measure(members: Array, heights: Array, support: Support, around: Surroundi
 
 
 def _judge(
-    cluster: Cluster, members: Array, heights: Array, support: Support, around: Surroundings
+    cluster: Cluster, members: Array, heights: Array, support: Support, around: Surroundings, stands: bool
 ) -> Verdict:
     """Apply the paper's tests; the first that fails names the verdict."""
     points, limits = around.points, support.settings
@@ -121,6 +154,8 @@ def _judge(
     diagonal = float(np.linalg.norm(cluster.size))
     if around.border.ravel()[members].any():
         return Verdict.CUT
+    if around.upholstery.ravel()[members].mean() > 0.03:
+        return Verdict.FURNITURE
     if diagonal < limits.min_size:
         return Verdict.SMALL
     if diagonal > limits.max_size:
@@ -128,14 +163,14 @@ def _judge(
     if np.count_nonzero(xyz[:, 2] > around.settings.max_range - 0.05) > 5:
         return Verdict.FAR
     for wall in around.walls:
-        is_close = np.median(np.abs(wall.distance(xyz))) < around.settings.wall_gap
+        away = np.abs(wall.distance(xyz))
+        is_close = np.median(away) < around.settings.wall_gap or (not support.is_table and np.percentile(away, 95) < 0.2)
         if is_close or _turns_corner(points, members, wall):
             return Verdict.WALL_PART
     over = heights.ravel()[members]
     if np.percentile(over, 90) < 2 * (limits.slab + noise):
         return Verdict.FLAT
-    foot = limits.slab + 0.06 + 3 * noise
-    if np.percentile(over, 2) > foot and _hidden_share(points.depth, members) < 0.4:
+    if not stands:
         return Verdict.FLOATING
     return Verdict.OBJECT
 

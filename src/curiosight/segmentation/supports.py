@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,30 +13,47 @@ import numpy.typing as npt
 from curiosight.segmentation.planes import Mask, Plane, find_supports, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
+from curiosight.segmentation.tables import MIN_TABLE_AREA, MIN_TABLE_DIAGONAL, SAME_HEIGHT
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
 
 # Half the thickness of a plane in the fits, beside the sensor's noise.
 PLANE_BAND = 0.008
-# An elevated support is a table, not a box's lid or a seat, from this size on.
-MIN_TABLE_AREA = 0.25
-MIN_TABLE_DIAGONAL = 0.7
-# Supports within this height (metres) are one; pose drift and tilt stay below it.
-SAME_HEIGHT = 0.10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Support:
-    """A plane that objects stand on, with the thresholds for what stands on it."""
+    """A plane that objects stand on, with the thresholds for what stands on it.
+
+    extent: (h, w) bool, what is straight above or below a table; None for a floor.
+    is_seat: a sofa or a bed, see `Table`.
+    """
 
     plane: Plane
     settings: SupportSettings
-    is_table: bool
+    extent: Mask | None = None
+    is_seat: bool = False
+
+    @property
+    def is_table(self) -> bool:
+        return self.extent is not None
 
     def heights(self, points: Points) -> Array:
         """(h, w) metres over the support."""
         return self.plane.distance(points.xyz)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KnownTable:
+    """A table of the recording, as a frame's camera has it.
+
+    offset: metres that it lies below the camera. extent: (h, w) bool, see `Support`.
+    """
+
+    offset: float
+    extent: Mask
+    is_seat: bool = False
 
 
 def choose_supports(
@@ -45,34 +63,48 @@ def choose_supports(
     *,
     scene: Scene,
     camera_height: float | None = None,
-    table_heights: tuple[float, ...] = (),
+    known_tables: Sequence[KnownTable] = (),
 ) -> list[Support]:
     """Return the supports in view, lowest first; empty when there is none.
 
     scene: what the lowest support is.
     camera_height: metres over the floor where the recording tells it: then the floor is
         known even where it is hidden, and nothing below it is a support.
-    table_heights: metres over the floor; a plane there is a table even where little of it is
-        in view.
+    known_tables: there are tables even where little or nothing of their tops is in view.
     """
     planes = find_planes(points, up, settings)
     main = max(planes, key=lambda plane: _area(points, plane), default=None)
-    known = [camera_height - h for h in table_heights] if camera_height is not None else []
-    planes = [
-        p
-        for p in planes
-        if p is main or _is_large(points, p, up) or any(abs(p.offset - k) < 0.06 for k in known)
+    large = [p for p in planes if p is main or _is_large(points, p, up)]
+    if camera_height is None:
+        first, *others = _lowest(large) or [None]
+        if first is None:
+            return []
+        lowest = _table(points, first, settings) if scene == "table" else Support(first, settings.floor)
+        return [lowest, *(_table(points, plane, settings) for plane in others)]
+    floor = _plane_at(points, up, planes, camera_height, settings.noise)
+    known = [
+        Support(
+            _plane_at(points, up, planes, table.offset, settings.noise, table.extent),
+            settings.table,
+            table.extent,
+            table.is_seat,
+        )
+        for table in known_tables
+        if table.extent.any()
     ]
-    if camera_height is not None:
-        floor = _floor_at(points, up, planes, camera_height, settings.noise)
-        planes = [p for p in planes if p.offset < floor.offset - SAME_HEIGHT]
-        tables = [Support(plane, settings.table, True) for plane in _lowest(planes)]
-        return [Support(floor, settings.floor, False), *tables]
-    supports = []
-    for rank, plane in enumerate(_lowest(planes)):
-        is_table = scene == "table" or rank > 0
-        supports.append(Support(plane, settings.table if is_table else settings.floor, is_table))
-    return supports
+    is_known = np.any([support.extent for support in known], axis=0) if known else np.False_
+    new = [
+        _table(points, plane, settings)
+        for plane in large
+        if plane.offset < floor.offset - SAME_HEIGHT
+        and np.count_nonzero(plane.inliers & is_known) < 0.5 * np.count_nonzero(plane.inliers)
+    ]
+    tables = sorted([*known, *new], key=lambda support: -support.plane.offset)
+    return [Support(floor, settings.floor), *tables]
+
+
+def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
+    return Support(plane, settings.table, above_footprint(points, plane))
 
 
 def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> list[Plane]:
@@ -105,18 +137,27 @@ def _is_large(points: Points, plane: Plane, up: Array) -> bool:
     return is_wide and _area(points, plane) >= MIN_TABLE_AREA
 
 
-def _floor_at(
-    points: Points, up: Array, planes: list[Plane], camera_height: float, noise: float
+def _plane_at(
+    points: Points,
+    up: Array,
+    planes: list[Plane],
+    offset: float,
+    noise: float,
+    extent: Mask | None = None,
 ) -> Plane:
-    """Return the floor's plane: as seen, else through the few level points near its height."""
-    seen = [p for p in planes if abs(p.offset - camera_height) < SAME_HEIGHT]
+    """Return the plane at a known height: as seen, else through the few level points near it."""
+    seen = [p for p in planes if abs(p.offset - offset) < (SAME_HEIGHT if extent is None else 0.06)]
+    if extent is not None:
+        seen = [p for p in seen if np.count_nonzero(p.inliers & extent) >= 50]
     if seen:
         return max(seen, key=lambda plane: _area(points, plane))
     heights = points.xyz @ up.astype(np.float32)
     near = points.normals @ up.astype(np.float32) > 0.9
-    near &= np.abs(heights + camera_height) < noise_band(points, 0.06, noise)
-    offset = -float(np.median(heights[near])) if near.sum() >= 30 else camera_height
-    return Plane(up, offset, near)
+    near &= np.abs(heights + offset) < noise_band(points, 0.06, noise)
+    if extent is not None:
+        near &= extent
+    measured = -float(np.median(heights[near])) if near.sum() >= 30 else offset
+    return Plane(up, measured, near)
 
 
 def above_footprint(

@@ -10,16 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
-from curiosight.segmentation.planes import Plane
+from curiosight.segmentation.planes import Plane, horizontal_axes
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
-from curiosight.segmentation.supports import (
-    MIN_TABLE_AREA,
-    SAME_HEIGHT,
-    Scene,
-    find_planes,
-    share_below,
-)
+from curiosight.segmentation.supports import Scene, find_planes, share_below
+from curiosight.segmentation.tables import Table, map_tables
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
 
 Array = npt.NDArray[Any]
@@ -33,13 +28,13 @@ class Survey:
     scene: what the lowest support in view is; its objects and gaps are larger on a floor.
     up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
     floor_height: metres along `up_world`; None = not known.
-    table_heights: metres over the floor, of the tables that several frames show well.
+    tables: what stands on the floor and carries things, lowest first.
     """
 
     scene: Scene = "floor"
     up_world: Array | None = None
     floor_height: float | None = None
-    table_heights: tuple[float, ...] = ()
+    tables: tuple[Table, ...] = ()
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""
@@ -67,11 +62,14 @@ def survey_recording(
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
     if up is not None:
-        up, heights, areas = _world_supports(posed, up, settings)
-        floor = _lowest_peak(heights, areas)
+        up, levels = _world_levels(posed, up, settings)
+        heights = np.array([level.height for level in levels])
+        floor = _lowest_peak(heights, np.array([level.area for level in levels]))
         spread = heights.max() - floor if floor is not None else 0.0
         if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
-            return Survey("floor", up, floor, _table_heights(heights - floor, areas))
+            axes = np.stack(horizontal_axes(up), axis=1)
+            tops = [level.xyz @ axes for level in levels]
+            return Survey("floor", up, floor, map_tables(heights - floor, tops, axes))
     if scene == "auto":
         scene = _scene_of(observed, up, settings)
     return Survey("table" if scene == "table" else "floor", up)
@@ -88,28 +86,37 @@ def _observe(frame: Frame) -> Points:
     return observe_points(frame.depth, frame.camera)
 
 
-def _world_supports(
-    posed: list[tuple[Points, Pose]], up: Array, settings: SegmentationSettings
-) -> tuple[Array, Array, Array]:
-    """Refine the world's up by the supports' own normals, twice.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Level:
+    """A level surface in one frame: height along the world's up, area, (n, 3) world points."""
 
-    Return it with the height and the visible area of every support of every frame.
+    height: float
+    area: float
+    xyz: Array
+
+
+def _world_levels(
+    posed: list[tuple[Points, Pose]], up: Array, settings: SegmentationSettings
+) -> tuple[Array, list[_Level]]:
+    """Refine the world's up by the level surfaces' own normals, twice.
+
+    Return it with the level surfaces of all frames.
     """
-    heights: list[float] = []
-    areas: list[float] = []
+    levels: list[_Level] = []
     for _ in range(3):
-        heights, areas, normals = [], [], []
+        levels, normals = [], []
         for points, T_world_camera in posed:
             rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
             for plane in find_planes(points, rotation.T @ up, settings):
-                heights.append(float(up @ centre) - plane.offset)
-                areas.append(float(points.area[plane.inliers].sum()))
+                height = float(up @ centre) - plane.offset
+                area = float(points.area[plane.inliers].sum())
+                levels.append(_Level(height, area, points.xyz[plane.inliers] @ rotation.T + centre))
                 normals.append(rotation @ plane.normal)
         if not normals:
             break
-        mean = np.average(normals, axis=0, weights=areas)
+        mean = np.average(normals, axis=0, weights=[level.area for level in levels])
         up = mean / np.linalg.norm(mean)
-    return up, np.array(heights), np.array(areas)
+    return up, levels
 
 
 def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float | None:
@@ -124,19 +131,6 @@ def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float |
     if np.count_nonzero(near) < 2:
         return None
     return float(np.average(heights[near], weights=areas[near]))
-
-
-def _table_heights(heights: Array, areas: Array, *, min_frames: int = 3) -> tuple[float, ...]:
-    """Return the heights over the floor at which several frames show a table's area."""
-    is_table = (areas >= MIN_TABLE_AREA) & (heights > 2 * SAME_HEIGHT)
-    tables: list[float] = []
-    remaining = np.sort(heights[is_table])
-    while len(remaining):
-        near = np.abs(remaining - remaining[0]) < SAME_HEIGHT
-        if np.count_nonzero(near) >= min_frames:
-            tables.append(float(np.median(remaining[near])))
-        remaining = remaining[~near]
-    return tuple(tables)
 
 
 def _scene_of(

@@ -8,15 +8,15 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Camera, Frame, Label
+from curiosight.frame import Camera, Frame, Label, Pose
 from curiosight.segmentation.objects import Cluster, Surroundings, Verdict, find_clusters
 from curiosight.segmentation.planes import Mask, Plane, noise_band
 from curiosight.segmentation.points import Points, cell_of_pixel, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
     PLANE_BAND,
+    KnownTable,
     Support,
-    above_footprint,
     choose_supports,
     share_below,
 )
@@ -110,7 +110,7 @@ class Teacher:
                 self.settings,
                 scene=scene,
                 camera_height=self.survey.camera_height(pose),
-                table_heights=self.survey.table_heights,
+                known_tables=self._known_tables(points, pose),
             )
         keep = points.area > 0
         first: list[Support] = []
@@ -121,6 +121,16 @@ class Teacher:
             first = first or supports
         # Below a table there is much to see; below a floor there is not.
         return first if scene == "table" else []
+
+
+    def _known_tables(self, points: Points, pose: Pose) -> list[KnownTable]:
+        camera_height = self.survey.camera_height(pose)
+        if camera_height is None:
+            return []
+        return [
+            KnownTable(camera_height - t.height, t.covers(points.xyz, pose), t.is_seat)
+            for t in self.survey.tables
+        ]
 
 
 def _nothing(depth: Array, max_range: float, problem: str) -> Segmentation:
@@ -152,7 +162,9 @@ def _label(
     is_wall = in_range & _on_walls(points, walls, settings.noise)
     labels = np.full(points.depth.shape, Label.UNKNOWN, np.uint8)
     labels[is_support | is_wall] = Label.NOT_SALIENT
-    around = Surroundings(points, supports, walls, border, settings)
+    seats = [s.extent for s in supports if s.is_seat and s.extent is not None]
+    upholstery = np.any(seats, axis=0) if seats else np.zeros(points.depth.shape, np.bool_)
+    around = Surroundings(points, supports, walls, border, upholstery, settings)
     number, clusters = _cluster_all(in_range & ~is_support & ~is_wall, around)
     is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
     labels[is_object[number]] = Label.SALIENT
@@ -201,12 +213,13 @@ def _cluster_all(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
         slab = noise_band(points, support.settings.slab, around.settings.noise)
         # What is free inside the slab faces elsewhere: the foot of something, or a crease.
         over = free & (heights > slab / 2) & (heights < support.settings.max_height)
-        if support.is_table:
-            inside = above_footprint(points, support.plane)
-            on_table = over & inside
-            free &= ~(inside & (heights > -1.2))
+        if support.is_seat:
+            continue
+        if support.extent is not None:
+            on_table = over & support.extent
+            free &= ~(support.extent & (heights > -1.2))
             if support is lowest:
-                on_table = over & (inside | free)
+                on_table = over & (support.extent | free)
             over = on_table
         free &= ~over
         numbers, found = find_clusters(over, support, around)

@@ -20,8 +20,8 @@ from curiosight.frame import Rgb
 
 Array = npt.NDArray[Any]
 
-# What automatic exposure aims at: the image's mean grey, as a share of white.
-MEAN_GREY = 0.53
+# What automatic exposure aims at, as the root of light: a mean grey of about 125.
+MEAN_ROOT = 0.46
 SOFTNESS_PX = 0.7
 NOISE_BLUR_PX = 0.7
 # Of red, green and blue, beside that of brightness; blue is the weakest channel indoors.
@@ -95,25 +95,34 @@ def brightness_noise(height: int, width: int, rng: np.random.Generator) -> Array
     """Draw (H, W) float32 noise of standard deviation 1, smooth as demosaicing leaves it."""
     kernel = cv2.getGaussianKernel(5, NOISE_BLUR_PX)
     kernel = kernel / np.linalg.norm(kernel)
-    noise: Array = cv2.sepFilter2D(
-        rng.standard_normal((height, width), np.float32), -1, kernel, kernel
-    )
+    noise: Array = cv2.sepFilter2D(_white_noise((height, width), rng), -1, kernel, kernel)
     return noise
 
 
 def colour_noise(height: int, width: int, rng: np.random.Generator) -> Array:
     """Draw (H, W, 3) float32 noise of half the resolution, strongest in blue."""
-    coarse = rng.standard_normal(((height + 1) // 2, (width + 1) // 2, 3), np.float32)
+    coarse = _white_noise(((height + 1) // 2, (width + 1) // 2, 3), rng)
     noise: Array = cv2.resize(coarse * np.array(COLOUR_NOISE, np.float32), (width, height))
     return noise
 
 
+def _white_noise(shape: tuple[int, ...], rng: np.random.Generator) -> Array:
+    """Draw float32 noise of standard deviation 1, evenly spread: the filters make it normal."""
+    noise = rng.random(shape, np.float32)
+    noise -= np.float32(0.5)
+    noise *= np.float32(12**0.5)
+    return noise
+
+
 def _automatic_exposure(radiance: Array) -> float:
-    """Return the gain that brings the mean of the picture to middle grey."""
-    light = np.maximum(radiance[::8, ::8], 0)
-    # The square root stands for the picture's gamma: a lamp counts little, as it will in there.
-    mean_root = float(np.sqrt(light).mean())
-    return (MEAN_GREY / mean_root) ** 2 if mean_root > 0 else 1.0
+    """Return the gain that brings the mean of the picture to `MEAN_ROOT`; 1 for darkness."""
+    root = np.sqrt(np.maximum(radiance[::8, ::8], 0))
+    if not root.any():
+        return 1.0
+    gain = MEAN_ROOT / float(root.mean())
+    for _ in range(3):  # a lamp or a window counts as no more than white
+        gain *= MEAN_ROOT / float(np.minimum(root * gain, 1).mean())
+    return gain**2
 
 
 def _streak(motion_px: tuple[float, float]) -> Array:

@@ -70,7 +70,8 @@ def kinect_depth(
     source = fray_outlines(inverse, shift_u, shift_v)
     block = (BLOCK_PX, BLOCK_PX)
     surface = cv2.blur(cosine, block), cv2.blur(infrared, block)
-    reading: Depth = read(inverse, *surface, source, noise, holes)
+    flat = [image.ravel() for image in (inverse, *surface, source, noise, holes)]
+    reading: Depth = read(*flat).reshape(size)
     return reading
 
 
@@ -146,8 +147,11 @@ def _plane_through(inverse: Array, v: int, u: int, other_v: int, other_u: int) -
     """Return the inverse depth at another pixel if the surface at (v, u) went on evenly."""
     height, width = inverse.shape
     here = inverse[v, u]
-    slope_u = _slope(inverse[v, max(u - 1, 0)], here, inverse[v, min(u + 1, width - 1)])
-    slope_v = _slope(inverse[max(v - 1, 0), u], here, inverse[min(v + 1, height - 1), u])
+    left = inverse[v, u - 1] if u > 0 else np.nan
+    right = inverse[v, u + 1] if u < width - 1 else np.nan
+    above = inverse[v - 1, u] if v > 0 else np.nan
+    below = inverse[v + 1, u] if v < height - 1 else np.nan
+    slope_u, slope_v = _slope(left, here, right), _slope(above, here, below)
     return float(here + slope_u * (other_u - u) + slope_v * (other_v - v))
 
 
@@ -164,34 +168,30 @@ def _slope(before: float, here: float, after: float) -> float:
 def read(
     inverse: Array, cosine: Array, infrared: Array, source: Array, noise: Array, holes: Array
 ) -> Array:
-    """Return (H, W) float32 metres: what each pixel's source gives, NaN where it gives nothing.
+    """Return (N,) float32 metres: what each pixel's source gives, NaN where it gives nothing.
 
-    noise, holes: (H, W) smooth noise of standard deviation 1.
+    All are (N,), images flattened. noise, holes: smooth noise of standard deviation 1.
     """
-    height, width = inverse.shape
-    inverses, cosines, infrareds = inverse.ravel(), cosine.ravel(), infrared.ravel()
-    reading = np.full((height, width), np.nan, np.float32)
-    for v in range(height):
-        for u in range(width):
-            true = inverses[source[v, u]]
-            depth = 1 / true
-            chance = loss(depth, cosines[source[v, u]], infrareds[source[v, u]])
-            if np.isnan(depth) or holes[v, u] < normal_quantile(chance):
-                continue
-            noisy = true + noise[v, u] * noise_before_steps(depth) * true**2
-            rounded = 1 / (np.rint(noisy / INVERSE_STEP) * INVERSE_STEP)
-            if MIN_METRES <= rounded <= MAX_METRES:
-                reading[v, u] = rounded
+    reading = np.empty(len(source), np.float32)
+    for pixel in range(len(source)):
+        place = source[pixel]
+        depth = 1 / inverse[place]
+        chance = loss(depth, cosine[place], infrared[place])
+        noisy = inverse[place] + noise[pixel] * noise_before_steps(depth) / depth**2
+        steps = np.floor(noisy / INVERSE_STEP + 0.5)
+        rounded = 1 / (steps * INVERSE_STEP)
+        is_read = MIN_METRES <= rounded <= MAX_METRES and holes[pixel] >= normal_quantile(chance)
+        reading[pixel] = rounded if is_read else math.nan
     return reading
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def loss(depth: float, cosine: float, infrared: float) -> float:
     """Return the chance that the sensor finds nothing: the ray grazes, or it is too dark."""
-    grazing = (GRAZING_COSINE - cosine) / (GRAZING_COSINE - BLIND_COSINE)
+    grazing = max(GRAZING_COSINE - cosine, 0.0) / (GRAZING_COSINE - BLIND_COSINE)
     light = max(infrared - DROWNED_SHARE, 0.0) * cosine / depth**2
     faint = 1 / (1 + (light / FAINT_LIGHT) ** 4)
-    return min(max(grazing, faint), 1.0)
+    return min(max(grazing**2, faint), 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -16,8 +16,9 @@ from curiosight.worlds.rooms.tracing import RayCaster, portions
 CLEARANCE = 0.03
 # A light is looked for in 2 × 2 places; where these disagree, in 4 × 4.
 FEW_STRATA, MANY_STRATA = 2, 4
-# Metres within which a surface sends less even light: corners and contacts are dark.
-NEARNESS = 0.8
+# Metres within which a surface sends less light, as it gets less itself: corners and contacts
+# are dark.
+NEARNESS = 1.0
 N_INDIRECT_RAYS = 24
 # More even light than of this mean albedo would be of a room of mirrors.
 LARGEST_ALBEDO = 0.8
@@ -125,9 +126,9 @@ class LightRays:
         def gather(portion: slice) -> Floats:
             directions = (pattern @ axes[portion]).reshape(-1, 3)
             hits = self._caster.hits(np.repeat(points[portion], len(pattern), 0), directions)
-            nearness = np.sqrt(np.minimum(hits.distance / NEARNESS, 1))[:, None]
-            light = nearness * scattered.even
-            light = scattered.once[hits.triangle] + scattered.albedo[hits.triangle] * light
+            openness = np.minimum(hits.distance / NEARNESS, 1)[:, None]
+            light = scattered.albedo[hits.triangle] * (openness * scattered.even)
+            light += scattered.once[hits.triangle] * np.sqrt(openness)
             is_behind = self._caster.is_behind(hits, directions)
             light[is_behind] = 0
             light[hits.triangle < 0] = scattered.even

@@ -24,7 +24,7 @@ from curiosight.worlds.rooms.tracing import RayCaster
 LIFT, INSET = 2e-3, 8e-3
 # A triangle is cut where the light of its corners differs by this share of their mean, down to
 # edges of so many metres, at most so many times.
-STEP, FINEST, N_CUTS = 0.3, 0.03, 3
+STEP, FINEST, N_CUTS = 0.5, 0.04, 2
 # Vertices share their light where the cosine of the angle between their normals is above.
 SMOOTH_COSINE = 0.8
 N_SMOOTHINGS = 2

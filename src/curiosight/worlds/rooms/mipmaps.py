@@ -74,19 +74,19 @@ def bilinear(texels: Texture, place: tuple[int, int, int], s: float, t: float) -
     x, y = (s - floor(s)) * width - 0.5, (t - floor(t)) * height - 0.5
     left, top = floor(x), floor(y)
     right, bottom = left + 1, top + 1
-    share_x, share_y = x - left, y - top
+    share_x, share_y = np.float32(x - left), np.float32(y - top)
     both = share_x * share_y
-    shares = (1 - share_x - share_y + both, share_x - both, share_y - both, both)
+    shares = (np.float32(1) - share_x - share_y + both, share_x - both, share_y - both, both)
     left, top = left if left >= 0 else width - 1, top if top >= 0 else height - 1
     right, bottom = right if right < width else 0, bottom if bottom < height else 0
     upper, lower = start + top * width, start + bottom * width
     corners = (upper + left, upper + right, lower + left, lower + right)
-    red, green, blue = 0.0, 0.0, 0.0
+    red = green = blue = np.float32(0)
     for k in range(4):
         red += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 0]]
         green += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 1]]
         blue += shares[k] * LINEAR_OF_SRGB[texels[corners[k], 2]]
-    return red, green, blue
+    return float(red), float(green), float(blue)
 
 
 @kernel

@@ -114,11 +114,11 @@ def _tree(image: Texture, rng: np.random.Generator, horizon: int) -> None:
     h, w = image.shape[:2]
     u, size = int(rng.integers(0, w)), h * rng.uniform(0.08, 0.22)
     green = np.array((84, 116, 56)) * rng.uniform(0.6, 1.4) + rng.normal(0, 10, 3)
-    for _ in range(60):
-        spread = np.rint(rng.normal(0, size * 0.55, 2)).astype(int)
+    for _ in range(140):
+        spread = np.rint(rng.normal(0, size * 0.45, 2)).astype(int)
         centre = (u + int(spread[0]), horizon - int(size) + int(spread[1]))
         tint = np.clip(green * rng.uniform(0.7, 1.3), 0, 255).tolist()
-        cv2.circle(image, centre, max(2, int(size * 0.16)), tint, -1, cv2.LINE_AA)
+        cv2.circle(image, centre, max(2, int(size * 0.11)), tint, -1, cv2.LINE_AA)
 
 
 def _filled(shape: tuple[int, int], colour: Colour) -> Texture:

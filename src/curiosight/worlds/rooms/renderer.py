@@ -11,12 +11,11 @@ from curiosight.frame import Camera, Depth, Pose, is_rigid
 from curiosight.worlds.rooms.lighting import lit
 from curiosight.worlds.rooms.mesh import Floats, join
 from curiosight.worlds.rooms.mipmaps import mipmaps
-from curiosight.worlds.rooms.picture_rays import PictureRays
 from curiosight.worlds.rooms.scene import Scene
 from curiosight.worlds.rooms.shading import Rays, light_table, paint, polish, surfaces
 from curiosight.worlds.rooms.tracing import RayCaster, portions
 
-# Rows of one call, even: fixed, so that no result depends on the number of threads.
+# Rows of one call: fixed, so that no result depends on the number of threads.
 N_ROWS = 120
 
 
@@ -46,6 +45,8 @@ class Renderer:
     """
 
     def __init__(self, scene: Scene, *, seed: int = 0, n_threads: int = 1) -> None:
+        if n_threads < 1:
+            raise ValueError(f"n_threads: expected at least 1, got {n_threads}")
         mesh = join([part.mesh for part in scene.parts])
         self._caster = RayCaster(mesh, n_threads)
         self._surfaces = surfaces(mesh, lit(mesh, scene.lights, self._caster, seed))
@@ -55,7 +56,6 @@ class Renderer:
         numbers = np.arange(1, len(scene.parts) + 1, dtype=np.int32)
         n_triangles = [len(part.mesh.triangles) for part in scene.parts]
         self._part_of_triangle = np.append(np.repeat(numbers, n_triangles), np.int32(0))
-        self._picture_rays = PictureRays(self._caster, mesh, self._part_of_triangle)
         infrared = np.array([material.infrared for material in mesh.materials], np.float32)
         self._infrared_of_triangle = np.append(infrared[mesh.surface], np.float32(0))
 
@@ -72,8 +72,10 @@ class Renderer:
         cosine = np.zeros((camera.height, camera.width), np.float32)
 
         def draw(rows: slice) -> tuple[npt.NDArray[np.int32], Floats]:
-            hits = self._picture_rays.hits(origin, directions[rows])
             rays = Rays(origin, directions[rows].reshape(-1, 3), 1 / camera.fx)
+            hits = self._caster.hits(
+                np.broadcast_to(origin, rays.directions.shape), rays.directions
+            )
             colours = radiance[rows].reshape(-1, 3)
             paint(hits, rays, self._surfaces, self._mipmaps, colours, cosine[rows].reshape(-1))
             polish(hits, rays, self._surfaces, self._lights, colours)
@@ -94,10 +96,8 @@ class Renderer:
 
 def ray_directions(camera: Camera, T_world_camera: Pose) -> Floats:
     """Return the (H, W, 3) directions of the pixels' rays, of length 1 along the camera's z."""
-    x = (np.arange(camera.width) - camera.cx) / camera.fx
-    y = (np.arange(camera.height) - camera.cy) / camera.fy
-    rotation = T_world_camera[:3, :3]
-    directions = x[None, :, None] * rotation[:, 0] + (
-        y[:, None, None] * rotation[:, 1] + rotation[:, 2]
-    )
-    return directions.astype(np.float32)
+    x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)
+    y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)
+    right, down, ahead = T_world_camera[:3, :3].T.astype(np.float32)
+    directions: Floats = x[:, None] * right + (y[:, None] * down + ahead)[:, None]
+    return directions

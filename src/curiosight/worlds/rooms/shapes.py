@@ -188,6 +188,7 @@ def tube(
     material: Material,
     *,
     n_around: int = 10,
+    spacing: float = 0.08,
     closed: bool = False,
 ) -> Mesh:
     """Return a round rod along a path, (N, 3); its flat ends are covered; uv in metres.
@@ -195,10 +196,13 @@ def tube(
     radius: metres, one or one per point of the path.
     closed: the path, in a plane, returns to its start, as a ring does.
     """
-    points = np.asarray(path, np.float64)
+    corners = np.asarray(path, np.float64)
+    widths = np.broadcast_to(np.asarray(radius, np.float64), len(corners))
+    course = np.column_stack([corners, widths])
     if closed:
-        points = np.concatenate([points, points[:1]])
-    radii = np.broadcast_to(np.asarray(radius, np.float64), len(points))
+        course = np.concatenate([course, course[:1]])
+    course = _refined(course, spacing)
+    points, radii = course[:, :3], course[:, 3]
     tangents, first, second = _carried_frames(points, closed)
     angles = np.linspace(0, 2 * np.pi, n_around + 1)
     cos, sin = np.cos(angles)[None, :, None], np.sin(angles)[None, :, None]
@@ -278,6 +282,7 @@ def _bevelled_steps(length: float, radius: float, n_bevel: int, spacing: float) 
 
 
 def _refined(profile: Points, spacing: float) -> Points:
+    """Return (N, K) points with more of them between, none further apart than the spacing."""
     parts = [
         start + _steps(float(np.linalg.norm(end - start)), spacing)[:-1, None] * (end - start)
         for start, end in pairwise(profile)

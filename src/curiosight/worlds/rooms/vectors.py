@@ -28,12 +28,6 @@ def dot(a: Triple, b: Triple) -> float:
 
 
 @kernel
-def cross(a: Triple, b: Triple) -> Triple:
-    """Return the outer product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
 def scaled(vector: Triple, length: float) -> Triple:
     """Return the vector at another length; a negative one turns it round."""
     factor = length / sqrt(dot(vector, vector))

@@ -17,12 +17,13 @@ from curiosight.worlds.rooms.shell import Shell
 
 Draw = Callable[[np.random.Generator], Furniture]
 
-# Metres: between a wall and what stands at it, or what stands under a window; before its front;
-# around what stands free; width of a way.
-AT_WALL, AT_WINDOW, IN_FRONT, AROUND = 0.03, 0.18, 0.75, 0.8
+# Metres from a wall to what stands at it, or to what stands under a window; free to the sides
+# of a window, before a piece's front, and around what stands free.
+AT_WALL, AT_WINDOW, BESIDE, IN_FRONT, AROUND = 0.03, 0.18, 0.35, 0.75, 0.8
 ROBOT_RADIUS, WAY_RADIUS, CELL = 0.35, 0.40, 0.05
-LARGEST_SHARE = 0.33
-N_TRIES = 60
+# Share of the floor that is covered at most, and that wide ways reach at least.
+LARGEST_SHARE, MAIN_SHARE = 0.33, 0.97
+FEWEST_TOPS, N_TRIES = 3, 120
 
 
 def furnish(plan: FloorPlan, shell: Shell, rng: np.random.Generator) -> tuple[Placed, ...]:
@@ -34,6 +35,9 @@ def furnish(plan: FloorPlan, shell: Shell, rng: np.random.Generator) -> tuple[Pl
     furnishing = _Furnishing(plan, shell)
     for draw in _draw_set(rng):
         furnishing.place(draw(rng), rng)
+    for draw in (storage.sideboard, tables.desk, storage.tv_board, tables.coffee_table):
+        if furnishing.n_tops < FEWEST_TOPS:
+            furnishing.place(draw(rng), rng)
     return tuple(furnishing.placed)
 
 
@@ -44,9 +48,9 @@ def _draw_set(rng: np.random.Generator) -> list[Draw]:
     if wanted[2] is soft.sofa and rng.random() < 0.7:
         wanted.append(tables.coffee_table)
     extras: list[tuple[Draw, float]] = [
-        (tables.desk, 0.6),
+        (tables.desk, 0.75),
         (storage.sideboard, 0.5),
-        (tables.table, 0.3),
+        (tables.table, 0.4),
         (storage.tv_board, 0.4),
         (storage.shelf, 0.4),
         (storage.wardrobe, 0.35),
@@ -64,6 +68,11 @@ class _Furnishing:
         self._windows = [opening for opening in shell.openings if opening.kind == "window"]
         self.placed: list[Placed] = []
 
+    @property
+    def n_tops(self) -> int:
+        """How many surfaces there are for things to stand on."""
+        return sum(len(placed.furniture.tops) for placed in self.placed)
+
     def place(self, furniture: Furniture, rng: np.random.Generator) -> None:
         """Put a piece at the first place tried that suits; leave it out where none does."""
         for _ in range(N_TRIES):
@@ -74,17 +83,16 @@ class _Furnishing:
 
     def _at_wall(self, furniture: Furniture, rng: np.random.Generator) -> Pose | None:
         """Draw a place at a wall, often in a corner; None where it does not fit there."""
-        width, depth, height = furniture.size
+        width, depth, _ = furniture.size
         wall = self._plan.walls[rng.integers(len(self._plan.walls))]
         spare = wall.length - width - 2 * AT_WALL
         x = AT_WALL + width / 2 + spare * float(rng.choice([0.0, 1.0, *rng.random(2)]))
         behind = [
             window
             for window in self._windows
-            if window.wall is wall and abs(x - window.middle) < (width + window.width) / 2 + 0.3
+            if window.wall is wall and abs(x - window.middle) < (width + window.width) / 2 + BESIDE
         ]
-        is_before_glass = any(window.bottom < height for window in behind)
-        if spare < 0 or is_before_glass:
+        if spare < 0:
             return None
         return wall.T_room_wall @ standing(x, -depth / 2 - (AT_WINDOW if behind else AT_WALL))
 
@@ -95,33 +103,45 @@ class _Furnishing:
 
     def _suits(self, candidate: Placed) -> bool:
         """Tell whether a piece stands inside, clear of all others and of doors and ways."""
-        box, stands_free = _box(candidate), not candidate.furniture.against_wall
-        inside = np.stack(
-            np.meshgrid(np.linspace(box[0], box[2], 9), np.linspace(box[1], box[3], 9)), -1
-        )
-        to_wall = AROUND if stands_free else AT_WALL / 2
-        if (
-            not self._plan.contains(inside).all()
-            or self._plan.wall_distance(inside).min() < to_wall
-        ):
-            return False
-        if any(_meet(box, door) for door in self._doors):
+        box, front = _box(candidate), _front(candidate)
+        stands_free = not candidate.furniture.against_wall
+        if any(_meet(box, door) for door in self._doors) or self._is_before_window(candidate):
             return False
         for other in self.placed:
             is_way = stands_free or not other.furniture.against_wall
             if _meet(_grown(box, AROUND if is_way else AT_WALL / 2), _box(other)):
                 return False
-            if _meet(_front(candidate), _box(other)) or _meet(box, _front(other)):
+            if _meet(front, _box(other)) or _meet(box, _front(other)):
                 return False
-        return self._leaves_ways([*map(_box, self.placed), box])
+        to_wall = AROUND if stands_free else AT_WALL / 2
+        return self._is_inside(box, to_wall) and self._leaves_ways(box)
 
-    def _leaves_ways(self, boxes: Sequence[Rectangle]) -> bool:
-        """Tell whether the floor is neither too full nor cut in pieces."""
+    def _is_before_window(self, candidate: Placed) -> bool:
+        """Tell whether a piece takes a window's light, or stands in its curtain or radiator."""
+        height = candidate.furniture.size[2]
+        return any(
+            _meet(_box(candidate), window.front(0.5 if height > window.bottom else 0.15, BESIDE))
+            for window in self._windows
+        )
+
+    def _is_inside(self, box: Rectangle, to_wall: float) -> bool:
+        """Tell whether a rectangle is in the room, metres from all walls."""
+        x, y = np.linspace(box[0], box[2], 9), np.linspace(box[1], box[3], 9)
+        places = np.stack(np.meshgrid(x, y), -1)
+        if not self._plan.contains(places).all():
+            return False
+        return bool(self._plan.wall_distance(places).min() >= to_wall)
+
+    def _leaves_ways(self, box: Rectangle) -> bool:
+        """Tell whether the floor is neither too full nor cut in pieces with one more box."""
+        boxes = [*map(_box, self.placed), box]
         covered = sum((b[2] - b[0]) * (b[3] - b[1]) for b in boxes)
         if covered > LARGEST_SHARE * self._plan.area:
             return False
         clearance = floor_clearance(self._plan, boxes)
-        return all(n_pieces(clearance > radius) == 1 for radius in (ROBOT_RADIUS, WAY_RADIUS))
+        wide = piece_sizes(clearance > WAY_RADIUS)
+        is_one_piece = len(piece_sizes(clearance > ROBOT_RADIUS)) == 1
+        return bool(is_one_piece and wide.max(initial=0) > MAIN_SHARE * wide.sum())
 
 
 def floor_clearance(plan: FloorPlan, boxes: Sequence[Rectangle]) -> npt.NDArray[np.float32]:
@@ -138,9 +158,10 @@ def floor_clearance(plan: FloorPlan, boxes: Sequence[Rectangle]) -> npt.NDArray[
     return np.asarray(distance * CELL, np.float32)
 
 
-def n_pieces(is_free: npt.NDArray[np.bool_]) -> int:
-    """Return into how many pieces free cells fall; neighbours at a corner hang together."""
-    return int(cv2.connectedComponents(is_free.astype(np.uint8), connectivity=8)[0]) - 1
+def piece_sizes(is_free: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
+    """Return how many cells each piece of the free ones has; corners hang together."""
+    _, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=8)
+    return np.bincount(pieces.ravel())[1:]
 
 
 def _box(placed: Placed) -> Rectangle:
@@ -152,9 +173,8 @@ def _front(placed: Placed) -> Rectangle:
     """Return the floor before a piece, where one stands to use it."""
     width, depth, _ = placed.furniture.size
     y = -depth / 2
-    corners = np.array(
-        [(x, y - reach, 0, 1) for x in (-width / 2, width / 2) for reach in (0, IN_FRONT)]
-    )
+    reaches, x = (0, IN_FRONT), (-width / 2, width / 2)
+    corners = np.array([(side, y - reach, 0, 1) for side in x for reach in reaches])
     return _around((corners @ placed.T_room_furniture.T)[:, :2])
 
 

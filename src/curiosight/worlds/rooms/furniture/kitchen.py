@@ -120,12 +120,10 @@ def _stove(x: tuple[float, float], z: tuple[float, float], rng: np.random.Genera
         ),
     ]
     plate = plastic(colour(66, 64, 64), gloss=0.4)
-    for knob in np.linspace(x[0] + 0.1, x[1] - 0.1, 5):
-        meshes.append(
-            block(
-                (knob - 0.014, knob + 0.014), (y[0] - 0.02, y[0]), (z[1] - 0.09, z[1] - 0.06), plate
-            )
-        )
+    meshes += [
+        block((u - 0.014, u + 0.014), (y[0] - 0.02, y[0]), (z[1] - 0.09, z[1] - 0.06), plate)
+        for u in np.linspace(x[0] + 0.1, x[1] - 0.1, 5)
+    ]
     for u in (x[0] + 0.18, x[1] - 0.18):
         for v in (FRONT + 0.2, BACK - 0.2):
             disc = shapes.disc(0.085, plate, lift=HEIGHT + 0.0065)

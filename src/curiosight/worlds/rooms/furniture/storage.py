@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from curiosight.worlds.rooms import prints, shapes
@@ -15,8 +17,9 @@ from curiosight.worlds.rooms.furniture.fronts import (
     upright_grain,
 )
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
-from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
+from curiosight.worlds.rooms.mesh import Mesh, join, standing
 from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.surfaces import Points
 from curiosight.worlds.rooms.things.materials import cloth, plastic, printed
 
 BOARD = 0.022
@@ -114,45 +117,50 @@ def _feet(
     ]
 
 
-def _shelf_contents(
-    width: float, depth: float, levels: np.ndarray, rng: np.random.Generator
-) -> Mesh:
+def _shelf_contents(width: float, depth: float, levels: Points, rng: np.random.Generator) -> Mesh:
     """Return rows of books, and boxes, on the levels; the highest board stays empty."""
-    spines = [printed(prints.book_spine(rng)) for _ in range(14)]
+    bound = [printed(prints.book_spine(rng)) for _ in range(14)]
+    books = [shapes.box((1, 1, 1), spine, spacing=1.0, fit=True) for spine in bound]
     meshes = []
     for low, high in zip(levels[:-1] + BOARD, levels[1:], strict=True):
         left = -width / 2 + 0.01
         while left < width / 2 - 0.25:
             reach = min(float(rng.uniform(0.25, 0.6)), width / 2 - left - 0.01)
             room = (reach, depth, float(high - low))
-            fill = rng.choice([_books, _storage_box, None], p=[0.6, 0.25, 0.15])
-            if fill is not None:
-                meshes += [m.moved(standing(left, 0, float(low))) for m in fill(room, spines, rng)]
+            content = rng.random()
+            if content < 0.6:
+                stored = _books(room, books, rng)
+            else:
+                stored = [_storage_box(room, rng)] if content < 0.85 else []
+            meshes += [mesh.moved(standing(left, 0, float(low))) for mesh in stored]
             left += reach
     return join(meshes)
 
 
 def _books(
-    room: tuple[float, float, float], spines: list[Material], rng: np.random.Generator
+    room: tuple[float, float, float], books: list[Mesh], rng: np.random.Generator
 ) -> list[Mesh]:
-    """Return books side by side from x = 0, in a stretch (width, depth, height)."""
-    meshes, left, usual = [], 0.0, float(rng.uniform(0.6, 0.85)) * room[2]
+    """Return books side by side from x = 0, in a stretch (width, depth, height).
+
+    books: cubes of side 1, from which they are drawn.
+    """
+    meshes: list[Mesh] = []
+    left, usual = 0.0, float(rng.uniform(0.6, 0.85)) * room[2]
     while True:
         thickness = float(rng.uniform(0.015, 0.05))
         if left + thickness > room[0]:
             return meshes
         height = min(usual * float(rng.uniform(0.85, 1.15)), room[2] - 0.02)
         deep = room[1] * float(rng.uniform(0.6, 0.8))
-        spine = spines[rng.integers(len(spines))]
-        book = shapes.box((thickness, deep, height), spine, spacing=1.0, fit=True)
+        book = books[rng.integers(len(books))]
+        size = np.array((thickness, deep, height), np.float32)
+        book = replace(book, vertices=book.vertices * size)
         y = -room[1] / 2 + deep / 2 + float(rng.uniform(0.01, 0.03))
         meshes.append(book.moved(standing(left + thickness / 2, y)))
         left += thickness + 0.001
 
 
-def _storage_box(
-    room: tuple[float, float, float], spines: list[Material], rng: np.random.Generator
-) -> list[Mesh]:
+def _storage_box(room: tuple[float, float, float], rng: np.random.Generator) -> Mesh:
     """Return a cardboard, cloth or plastic box in a stretch (width, depth, height)."""
     width, height = room[0] - 0.04, room[2] * float(rng.uniform(0.5, 0.85))
     deep = room[1] * 0.85
@@ -162,4 +170,4 @@ def _storage_box(
     else:
         stuff = cloth(rng) if kind == 1 else plastic(draw_colour(rng))
         box = shapes.rounded_box((width, deep, height), 0.01, stuff, spacing=0.2)
-    return [box.moved(standing(room[0] / 2, -0.02))]
+    return box.moved(standing(room[0] / 2, -0.02))

@@ -17,9 +17,11 @@ from curiosight.worlds.rooms.furniture.fronts import (
 )
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
 from curiosight.worlds.rooms.mesh import Material, Mesh, join
+from curiosight.worlds.rooms.surfaces import Points, warped
 from curiosight.worlds.rooms.things.materials import plastic, steel
 
-RIM = 0.03
+# What may not stand on: a top's rim; and how thick side panels are.
+RIM, THICK = 0.03, 0.025
 
 
 def table(rng: np.random.Generator) -> Furniture:
@@ -54,16 +56,13 @@ def desk(rng: np.random.Generator) -> Furniture:
         *fronts(chest, (0.1 if has_panels else 0.16, under - 0.01), y[0] + THICK, 1, 3, look),
     ]
     if has_panels:
-        for x in ((-half, THICK - half), (half - THICK, half)):
-            meshes.append(block(x, y, (0, under), upright_grain(look.body)))
+        sides = ((-half, THICK - half), (half - THICK, half))
+        meshes += [block(x, y, (0, under), upright_grain(look.body)) for x in sides]
         meshes.append(block((-half, half), (y[1] - THICK, y[1]), (0.25, under), look.body))
     else:
         meshes += _legs(width, depth, under, 0.02, steel(rng))
     area = centred(width, depth, RIM)
     return Furniture("desk", join(meshes), (width, depth, height), (Top(height, area),))
-
-
-THICK = 0.025
 
 
 def _long_table(name: str, size: tuple[float, float, float], rng: np.random.Generator) -> Furniture:
@@ -129,9 +128,14 @@ def _apron(width: float, depth: float, top: float, material: Material) -> list[M
 
 def _trestles(width: float, depth: float, top: float, material: Material) -> list[Mesh]:
     """Return two pairs of slanting legs, and the beam that joins them."""
-    x, y = width / 2 - 0.2, depth / 2 - 0.06
+    x, y = width / 2 - 0.2, depth / 2 - 0.09
+
+    def slanted(points: Points) -> Points:
+        lean = 1 - 0.75 * points[:, 2:] / top
+        return np.hstack([points[:, :1], points[:, 1:2] * lean, points[:, 2:]])
+
     legs = [
-        shapes.tube([(a, b, 0.0), (a, 0.2 * b, top - 0.03)], 0.028, material, n_around=8)
+        warped(block((a - 0.025, a + 0.025), (b - 0.03, b + 0.03), (0, top), material), slanted)
         for a, b in product((-x, x), (-y, y))
     ]
     heads = [block((a - 0.03, a + 0.03), (-y, y), (top - 0.05, top), material) for a in (-x, x)]

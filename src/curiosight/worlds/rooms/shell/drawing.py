@@ -86,7 +86,8 @@ def _fit_openings(
     leaf = _draw_leaf(rng)
     glass_area = sum(hole.width * hole.height for hole in holes if hole.kind == "window")
     daylight = 0.6 * LIGHT_PER_FLOOR * plan.area / glass_area * float(rng.uniform(0.7, 1.3))
-    has_radiators, has_curtains = rng.random() < 0.7, rng.random() < 0.6
+    has_radiators = rng.random() < 0.7
+    curtains = openings.draw_curtains(rng) if rng.random() < 0.6 else None
     material_of = dict(zip(plan.walls, finish.walls, strict=True))
     for hole in holes:
         if hole.kind == "door":
@@ -97,8 +98,8 @@ def _fit_openings(
         lights.append(openings.window_light(hole, daylight))
         if has_radiators:
             named.append(("radiator", openings.radiator_mesh(hole, rng)))
-        if has_curtains:
-            named.append(("curtain", openings.curtain_mesh(hole, rng)))
+        if curtains is not None:
+            named.append(("curtain", openings.curtain_mesh(hole, curtains)))
     return named, lights
 
 

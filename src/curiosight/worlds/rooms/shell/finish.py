@@ -33,10 +33,11 @@ class Finish:
 
 def draw_finish(rng: np.random.Generator, n_walls: int) -> Finish:
     """Draw the materials of a room."""
-    main = _draw_wall(rng, pale(rng))
-    accent = _draw_wall(rng, draw_colour(rng, vivid=0.7)) if rng.random() < 0.6 else main
-    special = int(rng.integers(n_walls))
+    main = accent = _draw_wall(rng, pale(rng))
     panelling = _draw_panelling(rng) if rng.random() < 0.25 else None
+    if panelling is None and rng.random() < 0.65:
+        accent = _draw_wall(rng, draw_colour(rng, vivid=0.7))
+    special = int(rng.integers(n_walls))
     white = near(rng, WHITE, 4)
     return Finish(
         floor=draw_floor(rng),
@@ -83,10 +84,10 @@ def _draw_wall(rng: np.random.Generator, rgb: Colour) -> Material:
 def _draw_panelling(rng: np.random.Generator) -> Material:
     kind = rng.integers(3)
     if kind == 0:
-        rgb = draw_colour(rng, vivid=0.5)
+        rgb = draw_colour(rng, vivid=0.35)
         return Material(textures.tiles(rng, rgb, 6), (0.9, 0.9), gloss=0.4, sharpness=50.0)
     if kind == 1:
         wood = near(rng, FLOOR_WOODS[rng.integers(len(FLOOR_WOODS))])
         upright = np.ascontiguousarray(textures.planks(rng, wood).transpose(1, 0, 2))
         return Material(upright, (0.6, 2.0), gloss=0.15)
-    return Material(textures.plaster(rng, draw_colour(rng, vivid=0.5)), (1.6, 1.6), gloss=0.1)
+    return Material(textures.plaster(rng, draw_colour(rng, vivid=0.25)), (1.6, 1.6), gloss=0.1)

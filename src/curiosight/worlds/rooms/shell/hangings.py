@@ -20,10 +20,12 @@ SHEET = 0.004
 
 def picture_mesh(width: float, height: float, rng: np.random.Generator) -> Mesh:
     """Return a framed picture, or a poster without frame."""
-    image = printed(pictures.picture(rng, _pixels(width, height)), gloss=0.1)
     x, z = (-width / 2, width / 2), (-height / 2, height / 2)
+    pixels = _pixels(width, height)
     if rng.random() < 0.35:
-        return _sheet(x, z, -SHEET, image)
+        draw = prints.book_cover if rng.random() < 0.6 else pictures.picture
+        return _sheet(x, z, -SHEET, printed(draw(rng, pixels)))
+    image = printed(pictures.picture(rng, pixels))
     bar, thickness = float(rng.uniform(0.015, 0.05)), float(rng.uniform(0.012, 0.022))
     mount = float(rng.choice([0.0, 0.06])) if min(width, height) > 0.4 else 0.0
     wood = timber(rng) if rng.random() < 0.5 else plastic(draw_colour(rng, vivid=0.3))

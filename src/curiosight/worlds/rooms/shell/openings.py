@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from curiosight.worlds.rooms import pictures, shapes, surfaces, textures
+from curiosight.worlds.rooms import pictures, shapes, surfaces
 from curiosight.worlds.rooms.blocks import block, frame
-from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
+from curiosight.worlds.rooms.mesh import Material, Mesh, join
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.plan import FloorPlan, Wall
 from curiosight.worlds.rooms.scene import Light
@@ -67,6 +67,7 @@ def door_mesh(opening: Opening, finish: Finish, leaf: Material, rng: np.random.G
     meshes = [
         block(x, (0.02, 0.06), (0, top), leaf, spacing=0.1),
         *panels,
+        block(x, (-0.005, 0.06), (0, 0.008), finish.trim),
         block((x[0] - 0.07, x[0]), (-0.02, 0.06), (0, top + 0.07), finish.trim),
         block((x[1], x[1] + 0.07), (-0.02, 0.06), (0, top + 0.07), finish.trim),
         block(x, (-0.02, 0.06), (top, top + 0.07), finish.trim),
@@ -132,9 +133,7 @@ def radiator_mesh(opening: Opening, rng: np.random.Generator) -> Mesh:
     middle = opening.middle
     left, right = middle - 0.03 * n_ribs, middle + 0.03 * n_ribs
     ribs = [
-        shapes.rounded_box(
-            (0.045, 0.09, top - bottom), 0.018, paint, spacing=0.5, lift=bottom
-        ).moved(standing(float(x), -0.065))
+        block((x - 0.018, x + 0.018), (-0.105, -0.03), (bottom, top), paint)
         for x in np.linspace(left + 0.03, right - 0.03, n_ribs)
     ]
     rails = [
@@ -144,23 +143,32 @@ def radiator_mesh(opening: Opening, rng: np.random.Generator) -> Mesh:
     return join([*ribs, *rails]).moved(opening.wall.T_room_wall)
 
 
-def curtain_mesh(opening: Opening, rng: np.random.Generator) -> Mesh:
+@dataclass(frozen=True, slots=True, eq=False)
+class Curtains:
+    """How the windows of one room are curtained; reach: width of each side, metres."""
+
+    stuff: Material
+    rod: Material
+    reach: float
+    is_long: bool
+
+
+def draw_curtains(rng: np.random.Generator) -> Curtains:
+    """Draw the curtains of a room."""
+    stuff = cloth(rng) if rng.random() < 0.4 else cloth(rng, draw_colour(rng, vivid=0.6))
+    return Curtains(stuff, timber(rng), float(rng.uniform(0.25, 0.4)), bool(rng.random() < 0.6))
+
+
+def curtain_mesh(opening: Opening, curtains: Curtains) -> Mesh:
     """Return a rod with a curtain drawn to each side of a window."""
-    stuff = cloth(rng) if rng.random() < 0.5 else _sheer(rng)
-    top = opening.top + 0.1
-    bottom = 0.03 if rng.random() < 0.6 else opening.bottom - 0.12
-    reach = float(rng.uniform(0.25, 0.4))
-    sides = [
-        _hanging((opening.left - 0.6 * reach, opening.left + 0.4 * reach), (bottom, top), stuff),
-        _hanging((opening.right - 0.4 * reach, opening.right + 0.6 * reach), (bottom, top), stuff),
-    ]
-    ends = (opening.left - reach, opening.right + reach)
-    rod = shapes.tube([(end, -0.08, top + 0.01) for end in ends], 0.011, timber(rng))
+    z = (0.03 if curtains.is_long else opening.bottom - 0.12, opening.top + 0.1)
+    inwards, outwards = 0.4 * curtains.reach, 0.6 * curtains.reach
+    left = (opening.left - outwards, opening.left + inwards)
+    right = (opening.right - inwards, opening.right + outwards)
+    ends = (left[0] - 0.1, right[1] + 0.1)
+    rod = shapes.tube([(end, -0.08, z[1] + 0.01) for end in ends], 0.011, curtains.rod)
+    sides = [_hanging(side, z, curtains.stuff) for side in (left, right)]
     return join([rod, *sides]).moved(opening.wall.T_room_wall)
-
-
-def _sheer(rng: np.random.Generator) -> Material:
-    return Material(textures.fabric(rng, draw_colour(rng, vivid=0.6)), (0.12, 0.12), infrared=0.8)
 
 
 def _hanging(x: tuple[float, float], z: tuple[float, float], stuff: Material) -> Mesh:

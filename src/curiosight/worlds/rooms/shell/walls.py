@@ -15,7 +15,7 @@ from curiosight.worlds.rooms import shapes
 from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
 from curiosight.worlds.rooms.plan import FloorPlan, Rectangle, Wall
 
-FLOOR_SPACING, WALL_SPACING, CEILING_SPACING = 0.10, 0.16, 0.25
+FLOOR_SPACING, WALL_SPACING, CEILING_SPACING = 0.10, 0.13, 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)

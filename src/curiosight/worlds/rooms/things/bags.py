@@ -6,7 +6,7 @@ import numpy as np
 
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import box, cylinder, rounded_box, tube
+from curiosight.worlds.rooms.shapes import box, cylinder, panel, rounded_box, tube
 from curiosight.worlds.rooms.surfaces import Points, arc, scaled, stretched, turned, warped
 from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
@@ -30,9 +30,10 @@ def draw_suitcase(rng: np.random.Generator) -> Mesh:
         rounded_box((width, depth, height), 0.05, shell, lift=0.05, n_bevel=3),
         box((1.003 * width, 0.012, 0.8 * height), black, lift=0.05 + 0.1 * height),
     ]
-    rib = box((0.018, 0.01, 0.8 * height), shell, lift=0.05 + 0.1 * height)
-    for x in np.linspace(-0.36, 0.36, int(rng.integers(4, 7))) * width:
-        parts += [at(rib, x, side * depth / 2) for side in (-1, 1)]
+    tall, groove = (0, 0, 0.76 * height), plastic(shade(hue, 0.5), 0.0)
+    line = panel((-0.003, -depth / 2 - 0.001, 0.05 + 0.12 * height), (0.006, 0, 0), tall, groove)
+    for x in np.linspace(-0.34, 0.34, int(rng.integers(4, 7))) * width:
+        parts += [at(line, x, 0), at(line, x, 0, 0, np.pi)]
     top, pull = height + 0.03, rng.uniform(0.12, 0.3)
     x, y = 0.2 * width, 0.3 * depth
     bar = [(-x, y, top), (-x, y, top + pull), (x, y, top + pull), (x, y, top)]

@@ -186,7 +186,7 @@ def _guitar(rng: np.random.Generator) -> Mesh:
         at(box((0.05, 0.5, 0.025), dark, lift=0.083), 0, 0.46),
         at(box((0.07, 0.16, 0.018), top, lift=0.08), 0, 0.78),
     ]
-    string = tube([(0, -0.12, 0.106), (0, 0.72, 0.111)], 0.001, wire, n_around=4)
+    string = tube([(0, -0.12, 0.106), (0, 0.72, 0.111)], 0.001, wire, n_around=4, spacing=1.0)
     peg = cylinder(0.008, 0.02, metal, n_around=8)
     parts += [at(string, x, 0) for x in np.linspace(-0.016, 0.016, 6)]
     parts += [at(peg, x, 0.73 + 0.045 * i, 0.08) for x in (-0.042, 0.042) for i in range(3)]

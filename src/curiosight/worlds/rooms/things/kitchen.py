@@ -7,9 +7,10 @@ import numpy as np
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.shapes import cylinder, ellipsoid, lathe, tube
-from curiosight.worlds.rooms.surfaces import Points, arc, stretched, turned, warped
+from curiosight.worlds.rooms.surfaces import Points, arc, stretched, warped
 from curiosight.worlds.rooms.things.kind import TABLE, Kind, assembled, at
 from curiosight.worlds.rooms.things.materials import (
+    black_plastic,
     ceramic,
     near,
     plastic,
@@ -37,12 +38,8 @@ def draw_mug(rng: np.random.Generator) -> Mesh:
     """Return a mug with a handle, with a drink in it or empty."""
     radius, height = rng.uniform(0.04, 0.052), rng.uniform(0.09, 0.125)
     glaze = ceramic(rng, draw_colour(rng, vivid=0.7))
-    body = lathe(
-        _cup_profile(radius * rng.uniform(0.75, 1.0), radius, height, 0.004),
-        glaze,
-        n_around=24,
-        fit=False,
-    )
+    profile = _cup_profile(radius * rng.uniform(0.75, 1.0), radius, height, 0.004)
+    body = lathe(profile, glaze, n_around=24, fit=False)
     centre = (0.93 * radius, 0.52 * height)
     bow = arc(-np.pi / 2, np.pi / 2, (0.032, 0.3 * height), centre)
     handle = tube(bow, 0.0055, glaze, n_around=8)
@@ -107,18 +104,13 @@ def draw_pot(rng: np.random.Generator) -> Mesh:
     height = 0.05 if is_pan else radius * rng.uniform(0.9, 1.3)
     hue = draw_colour(rng, vivid=0.8)
     shell = steel(rng) if rng.random() < 0.5 else plastic(hue, 0.45)
-    black = plastic(near(rng, (36, 36, 38), 4))
+    black = black_plastic(rng)
     rim = [(radius, height), (radius - 0.004, height)]
     if is_pan:
         profile = [(0, 0), (0.85 * radius, 0), *rim, (0.83 * radius, 0.005), (0, 0.005)]
-        stick = [
-            (0.95 * radius, 0, 0.8 * height),
-            (radius + 0.08, 0, 0.06),
-            (radius + 0.19, 0, 0.07),
-        ]
-        return assembled(
-            [lathe(profile, shell, fit=False), tube(stick, [0.009, 0.011, 0.013], black)]
-        )
+        stick = [(0.95 * radius, 0, 0.04), (radius + 0.08, 0, 0.06), (radius + 0.19, 0, 0.07)]
+        handle = tube(stick, [0.009, 0.011, 0.013], black)
+        return assembled([lathe(profile, shell, fit=False), handle])
     profile = [(0, 0), (radius, 0), *rim, (radius - 0.004, height + 0.006)]
     profile += [(0.6 * radius, height + 0.025), (0, height + 0.03)]
     parts = [
@@ -148,9 +140,7 @@ def draw_fruit_bowl(rng: np.random.Generator) -> Mesh:
             fruit = ellipsoid((size, size, 0.9 * size), skin, n_around=14)
             parts.append(at(fruit, x, y, level * height))
     if rng.random() < 0.6:
-        parts.append(
-            _banana(rng).moved(turned((0, 0, 1), rng.uniform(0, 6), (0, 0, 1.75 * height)))
-        )
+        parts.append(at(_banana(rng), 0, 0, 1.75 * height, rng.uniform(0, 6)))
     return assembled(parts)
 
 

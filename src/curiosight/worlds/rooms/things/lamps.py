@@ -37,9 +37,8 @@ def draw_desk_lamp(rng: np.random.Generator) -> Mesh:
     bell = [(0.075, 0), (0.06, 0.03), (0.035, 0.065), (0.025, 0.1), (0, 0.105)]
     inside = [(0, 0.09), (0.03, 0.06), (0.055, 0.028), (0.072, 0)]
     head = lathe([*inside, *bell], paint, fit=False)
-    bulb = at(
-        ellipsoid((0.028, 0.028, 0.035), shining(colour(255, 236, 190), 1.0), n_around=12), 0, 0
-    )
+    glow = shining(colour(255, 236, 190), 1.0)
+    bulb = ellipsoid((0.028, 0.028, 0.035), glow, n_around=12)
     pose = turned((0, 1, 0), 0.5, (tip[0] - 0.045, 0, tip[2] - 0.085))
     joint = ellipsoid((0.013, 0.013, 0.013), metal, n_around=12)
     return assembled(
@@ -62,23 +61,15 @@ def draw_floor_lamp(rng: np.random.Generator) -> Mesh:
     lit = replace(linen, emission=rng.choice([0.0, 0.5]))
     depth, top = rng.uniform(0.2, 0.28), rng.uniform(0.6, 0.95)
     low = height - depth
-    hood = [
-        (radius - 0.004, low),
-        (radius, low),
-        (top * radius, height),
-        (top * radius - 0.004, height),
-    ]
+    glow = shining(colour(255, 240, 200), 1.0)
+    hood = [(radius - 0.004, low), (radius, low)]
+    hood += [(top * radius, height), (top * radius - 0.004, height)]
     return assembled(
         [
             cylinder(rng.uniform(0.12, 0.16), 0.025, metal),
             tube([(0, 0, 0.02), (0, 0, low / 2), (0, 0, height - 0.05)], 0.011, metal),
             lathe([*hood, hood[0]], lit, fit=False),
-            ellipsoid(
-                (0.035, 0.035, 0.05),
-                shining(colour(255, 240, 200), 1.0),
-                lift=low + 0.04,
-                n_around=12,
-            ),
+            ellipsoid((0.035, 0.035, 0.05), glow, lift=low + 0.04, n_around=12),
         ]
     )
 

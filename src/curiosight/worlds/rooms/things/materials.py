@@ -94,13 +94,13 @@ def rubber() -> Material:
     return Material(textures.plain(colour(34, 34, 36)), gloss=0.05, infrared=0.12)
 
 
-def steel(rng: np.random.Generator, rgb: npt.ArrayLike = (176, 178, 180)) -> Material:
+def steel(rng: np.random.Generator, rgb: npt.ArrayLike = (146, 148, 152)) -> Material:
     """Return brushed metal of the colour of steel, brass, copper."""
     texture = textures.metal(rng, near(rng, rgb))
     return Material(texture, (0.1, 0.1), gloss=0.6, sharpness=50.0, infrared=0.4)
 
 
-def chrome(rng: np.random.Generator, rgb: npt.ArrayLike = (186, 188, 192)) -> Material:
+def chrome(rng: np.random.Generator, rgb: npt.ArrayLike = (152, 154, 158)) -> Material:
     """Return polished metal: the sensor's light goes elsewhere."""
     texture = textures.metal(rng, near(rng, rgb, 4))
     return Material(texture, (0.1, 0.1), gloss=0.9, sharpness=90.0, infrared=0.1)

@@ -123,15 +123,10 @@ def draw_box_file(rng: np.random.Generator) -> Mesh:
 def draw_pencil_cup(rng: np.random.Generator) -> Mesh:
     """Return a cup of pencils and pens."""
     radius, height = rng.uniform(0.036, 0.045), rng.uniform(0.09, 0.115)
-    profile = [
-        (0, 0),
-        (radius, 0),
-        (radius, height),
-        (radius - 0.003, height),
-        (radius - 0.003, 0.006),
-    ]
+    profile = [(0, 0), (radius, 0), (radius, height), (radius - 0.003, height)]
+    profile += [(radius - 0.003, 0.006), (0, 0.006)]
     wall = timber(rng) if rng.random() < 0.3 else ceramic(rng, draw_colour(rng))
-    parts = [lathe([*profile, (0, 0.006)], wall, fit=False)]
+    parts = [lathe(profile, wall, fit=False)]
     for angle in rng.uniform(0, 2 * np.pi, int(rng.integers(5, 10))):
         lean, length = rng.uniform(0.6, 1.0), rng.uniform(0.14, 0.19)
         direction = np.array([np.cos(angle), np.sin(angle), 0])

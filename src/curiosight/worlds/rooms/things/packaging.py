@@ -177,10 +177,18 @@ def draw_parcel(rng: np.random.Generator) -> Mesh:
     x, z = rng.uniform(-0.4, 0.1) * width, rng.uniform(0.2, 0.5) * height
     parts = [
         box(size, card),
-        box((width + 0.001, strip, height / 3), tape, lift=height * 2 / 3 + 0.0008),
+        *_tape(size, strip, tape),
         at(label, x, -depth / 2 - 0.0008, z),
     ]
     return assembled(parts)
+
+
+def _tape(size: tuple[float, float, float], strip: float, tape: Material) -> list[Mesh]:
+    """Return a strip over the top of a box of this size, and down its sides a little."""
+    width, _, height = size
+    # No edges: their light would be that of the box's inside, where they start.
+    around = box_faces((width + 0.0016, strip, height / 3), lift=2 / 3 * height + 0.0008)
+    return [panel(*face, tape) for face in around[2:5]]
 
 
 KINDS = (

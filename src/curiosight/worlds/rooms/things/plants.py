@@ -98,7 +98,7 @@ def _arching(rng: np.random.Generator, size: float, root: Points) -> list[Mesh]:
     parts = []
     for i, heading in enumerate(headings):
         age = i / n_leaves
-        length = size * rng.uniform(0.75, 1.0) * (0.65 + 0.35 * age)
+        length = size * rng.uniform(0.6, 0.8) * (0.65 + 0.35 * age)
         rise = 0.45 + 0.95 * age
         spine = arched(root, heading, length, rise, rng.uniform(0.8, 1.5), 7)
         spine[:, 2] = np.maximum(spine[:, 2], 0.01)
@@ -148,11 +148,8 @@ def _round(rng: np.random.Generator, size: float, root: Points) -> list[Mesh]:
         return points * (1 + 0.04 * bump)
 
     ball = warped(at(ellipsoid((radius,) * 3, foliage, n_around=28), 0, 0, -radius), knobbly)
-    trunk = tube(
-        [root, root + UP * (stem + 0.5 * radius)],
-        0.02 * size + 0.004,
-        plastic(near(rng, (92, 74, 52))),
-    )
+    bark = plastic(near(rng, (92, 74, 52)), 0.0)
+    trunk = tube([root, root + UP * (stem + 0.5 * radius)], 0.02 * size + 0.004, bark)
     return [trunk, at(ball, 0, 0, root[2] + stem + 0.85 * radius)]
 
 
@@ -225,9 +222,8 @@ def draw_flowers(rng: np.random.Generator) -> Mesh:
         start = np.array([0, 0, 0.75 * height])
         path = arched(start, heading, rng.uniform(0.13, 0.22), rise, 0.25, 5)
         parts.append(tube(path, 0.003, stalk, n_around=5))
-        parts.append(
-            _blossom(rng, near(rng, petal, 10)).moved(_facing(path[-1] - path[-2], path[-1]))
-        )
+        blossom = _blossom(rng, near(rng, petal, 10))
+        parts.append(blossom.moved(_facing(path[-1] - path[-2], path[-1])))
         parts.append(leaf(arched(path[1], heading + 1, 0.09, 0.7, 0.8), 0.025, green[i % 2]))
     return assembled(parts)
 
@@ -235,11 +231,8 @@ def draw_flowers(rng: np.random.Generator) -> Mesh:
 def _blossom(rng: np.random.Generator, rgb: Colour) -> Mesh:
     """Return a flower at 0 that looks up: petals around a yellow eye."""
     petal = plastic(rgb, 0.0)
-    n_petals, length, rise = (
-        int(rng.integers(6, 10)),
-        rng.uniform(0.034, 0.048),
-        rng.uniform(0.2, 0.9),
-    )
+    n_petals = int(rng.integers(6, 10))
+    length, rise = rng.uniform(0.034, 0.048), rng.uniform(0.2, 0.9)
     origin = np.zeros(3)
     parts = [
         leaf(arched(origin, turn, length, rise, 0.4, 4), 0.026, petal)

@@ -97,9 +97,9 @@ def draw_office_chair(rng: np.random.Generator) -> Mesh:
     seat, back = rng.uniform(0.43, 0.5), rng.uniform(0.42, 0.54)
     parts = [
         cylinder(0.028, seat - 0.08, base, n_around=14, lift=0.06),
-        rounded_box((0.47, 0.46, 0.08), 0.035, cover, lift=seat - 0.05, n_bevel=3),
+        rounded_box((0.47, 0.46, 0.08), 0.035, cover, lift=seat - 0.05, n_bevel=2),
     ]
-    pad = rounded_box((0.43, 0.07, back), 0.034, cover, n_bevel=3)
+    pad = rounded_box((0.43, 0.07, back), 0.034, cover, n_bevel=2)
 
     def hollow(points: Points) -> Points:
         curve = 0.9 * points[:, 0] ** 2
@@ -116,9 +116,9 @@ def draw_office_chair(rng: np.random.Generator) -> Mesh:
 
 def _castors(base: Material) -> list[Mesh]:
     """Return five legs with a wheel each."""
-    leg = tube([(0, 0, 0.1), (0.27, 0, 0.07)], [0.026, 0.016], base, n_around=8)
+    leg = tube([(0, 0, 0.1), (0.27, 0, 0.07)], [0.026, 0.016], base, n_around=6)
     upright = turned((1, 0, 0), np.pi / 2, (0.27, 0.02, 0.028))
-    wheel = cylinder(0.028, 0.04, rubber(), n_around=14).moved(upright)
+    wheel = cylinder(0.028, 0.04, rubber(), n_around=10).moved(upright)
     headings = 0.3 + np.arange(5) * 2 * np.pi / 5
     return [at(part, 0, 0, 0, heading) for heading in headings for part in (leg, wheel)]
 
