@@ -32,7 +32,7 @@ from curiosight.worlds.rooms.shell import Shell, draw_shell
 
 SQUARE = np.array([(0, 0), (4, 0), (4, 4), (0, 4)], float)
 L_SHAPE = np.array([(0, 0), (6, 0), (6, 2), (3, 2), (3, 5), (0, 5)], float)
-SEEDS = range(8)
+SEEDS = range(5)
 # Draws of each kind of furniture, and the heights between which its highest top lies.
 KINDS: dict[Callable[[np.random.Generator], Furniture], tuple[float, float] | None] = {
     tables.table: (0.72, 0.76),
@@ -360,7 +360,8 @@ def test_room_has_places_for_things(room: Drawn) -> None:
     for T_room_top, _ in tops:
         assert is_rigid(T_room_top)
         assert 0.4 <= T_room_top[2, 3] <= 0.95
-    assert {part.role for part in room.furniture_parts} == {Role.SUPPORT, Role.UNDECIDED}
+    roles = {part.role for part in room.furniture_parts}
+    assert {Role.SUPPORT} <= roles <= {Role.SUPPORT, Role.UNDECIDED}
 
 
 def test_room_is_made_of_a_bounded_number_of_triangles(room: Drawn) -> None:

@@ -47,13 +47,13 @@ PRINTS: dict[str, Callable[[np.random.Generator, tuple[int, int]], Texture]] = {
 }
 
 
-@pytest.fixture(params=REPEATING.items(), ids=REPEATING.keys())
+@pytest.fixture(params=list(REPEATING.items()), ids=list(REPEATING))
 def repeating(request: pytest.FixtureRequest) -> Draw:
     draw: Draw = request.param[1]
     return draw
 
 
-@pytest.fixture(params=PRINTS.items(), ids=PRINTS.keys())
+@pytest.fixture(params=list(PRINTS.items()), ids=list(PRINTS))
 def printed(request: pytest.FixtureRequest) -> Callable[..., Texture]:
     draw: Callable[..., Texture] = request.param[1]
     return draw

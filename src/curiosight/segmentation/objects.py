@@ -158,7 +158,7 @@ def _judge(
         return Verdict.FURNITURE
     if diagonal < limits.min_size:
         return Verdict.SMALL
-    if diagonal > limits.max_size:
+    if diagonal > limits.max_size or np.hypot(*cluster.size[:2]) > limits.max_width:
         return Verdict.LARGE
     if np.count_nonzero(xyz[:, 2] > around.settings.max_range - 0.05) > 5:
         return Verdict.FAR

@@ -18,6 +18,7 @@ class SupportSettings:
     """Thresholds for what stands on a support, in metres; the defaults are the floor's.
 
     min_size, max_size: diagonal of an object's box, upright on its support (sec. II-A.2).
+    max_width: diagonal of its ground plan: chairs stay below, cupboards do not.
     leaf, tolerance: side of a voxel; gap up to which voxels belong together.
     slab: thickness of the layer on the support that counts as the support itself.
     max_height: over the support, beyond which nothing is an object.
@@ -25,6 +26,7 @@ class SupportSettings:
 
     min_size: float = 0.10
     max_size: float = 1.50
+    max_width: float = 1.00
     leaf: float = 0.06
     tolerance: float = 0.10
     slab: float = 0.03
@@ -40,7 +42,7 @@ class SupportSettings:
 
 FLOOR = SupportSettings()
 TABLE = SupportSettings(
-    min_size=0.05, max_size=0.85, leaf=0.02, tolerance=0.03, slab=0.01, max_height=1.0
+    min_size=0.05, max_size=0.85, max_width=0.85, leaf=0.02, tolerance=0.03, slab=0.01, max_height=1.0
 )
 
 

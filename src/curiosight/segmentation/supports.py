@@ -129,6 +129,11 @@ def _area(points: Points, plane: Plane) -> float:
     return float(points.area[plane.inliers].sum())
 
 
+def _height(points: Points, plane: Plane, up: Array) -> float:
+    """Return a plane's height over the camera where it was seen, not below the camera itself."""
+    return float(np.median(points.xyz[plane.inliers] @ up.astype(np.float32)))
+
+
 def _is_large(points: Points, plane: Plane, up: Array) -> bool:
     right, forward = horizontal_axes(up)
     xyz = points.xyz[plane.inliers]
@@ -146,7 +151,8 @@ def _plane_at(
     extent: Mask | None = None,
 ) -> Plane:
     """Return the plane at a known height: as seen, else through the few level points near it."""
-    seen = [p for p in planes if abs(p.offset - offset) < (SAME_HEIGHT if extent is None else 0.06)]
+    tolerance = SAME_HEIGHT if extent is None else 0.06
+    seen = [p for p in planes if abs(_height(points, p, up) + offset) < tolerance]
     if extent is not None:
         seen = [p for p in seen if np.count_nonzero(p.inliers & extent) >= 50]
     if seen:

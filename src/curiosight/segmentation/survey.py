@@ -108,9 +108,9 @@ def _world_levels(
         for points, T_world_camera in posed:
             rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
             for plane in find_planes(points, rotation.T @ up, settings):
-                height = float(up @ centre) - plane.offset
+                xyz = points.xyz[plane.inliers] @ rotation.T + centre
                 area = float(points.area[plane.inliers].sum())
-                levels.append(_Level(height, area, points.xyz[plane.inliers] @ rotation.T + centre))
+                levels.append(_Level(float(np.median(xyz @ up)), area, xyz))
                 normals.append(rotation @ plane.normal)
         if not normals:
             break

@@ -102,7 +102,7 @@ def _tables_at(
     seen = np.zeros((int(rows), int(columns)), np.uint8)
     seen[row, column] = 1
     # A top seen at a grazing angle has gaps between the image's rows.
-    seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(0.08)).astype(np.uint8)
+    seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(0.12)).astype(np.uint8)
     n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(seen)
     found = []
     for number in range(1, n_pieces):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Pose
-from curiosight.worlds.rooms.free_space import Polygon
+from curiosight.worlds.rooms.free_space import ROBOT_RADIUS, FreeSpace, Polygon
 from curiosight.worlds.rooms.mesh import Mesh, standing
 from curiosight.worlds.rooms.scene import Part, Role
 from curiosight.worlds.rooms.things.kind import Kind
@@ -19,7 +19,7 @@ Box = npt.NDArray[np.float64]  # x_min, y_min, x_max, y_max
 _N_TRIES = 60
 # What stands closer to its neighbour is one cluster with it for any teacher.
 _GAP_ON_TABLE, _GAP_ON_FLOOR = 0.05, 0.18
-_PER_SQUARE_METRE = 7.0
+_PER_SQUARE_METRE = 14.0
 _LEFT_OUT, _ADDED = 0.2, 0.25
 
 
@@ -77,6 +77,7 @@ class Arrangement:
         self._kept_free = list(kept_free)
         self._on_surface: list[list[Box]] = [[] for _ in self._surfaces]
         self._on_floor: list[Box] = []
+        self._n_square_metres = self._reach(None)
         self.things: list[Thing] = []
 
     def fill(self, kinds: Sequence[Kind], n_on_floor: int, rng: np.random.Generator) -> None:
@@ -120,10 +121,22 @@ class Arrangement:
             box = _bounds(thing.mesh, pose)
             around = _grown(box, _GAP_ON_FLOOR)
             taken = [*self._on_floor, *self._obstacles, *self._kept_free]
-            if _is_inside(around, self._outline) and not _meets_any(around, taken):
+            if not _is_inside(around, self._outline) or _meets_any(around, taken):
+                continue
+            reach = self._reach(box)
+            if reach > self._n_square_metres - 1.2 * _area(_grown(box, ROBOT_RADIUS)):
+                self._n_square_metres = reach
                 self._on_floor.append(box)
                 self.things.append(replace(thing, T_room_thing=pose))
                 return
+
+    def _reach(self, box: Box | None) -> float:
+        """Return how much floor a robot reaches, once something more stands on it.
+
+        Where that falls by more than what the thing covers, it bars the way.
+        """
+        boxes = [*self._obstacles, *self._on_floor, *([] if box is None else [box])]
+        return FreeSpace(self._outline, [corners(other) for other in boxes]).area
 
 
 def rearranged(
@@ -167,6 +180,10 @@ def _bounds(mesh: Mesh, pose: Pose) -> Box:
 
 def _box_around(polygon: Polygon) -> Box:
     return np.concatenate([polygon.min(0), polygon.max(0)])
+
+
+def _area(box: Box) -> float:
+    return float((box[2] - box[0]) * (box[3] - box[1]))
 
 
 def _grown(box: Box, by: float) -> Box:

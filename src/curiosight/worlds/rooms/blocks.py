@@ -1,6 +1,8 @@
-"""Boards and bars, given by their corners: what furniture and fittings are built of."""
+"""Boards and bars, given by their corners, and their grain: what furniture is built of."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from curiosight.worlds.rooms import shapes
 from curiosight.worlds.rooms.mesh import Material, Mesh, standing
@@ -25,3 +27,9 @@ def frame(x: Range, y: Range, z: Range, width: float, material: Material) -> tup
         block(inner, y, (z[0], z[0] + width), material),
         block(inner, y, (z[1] - width, z[1]), material),
     )
+
+
+def upright_grain(wood: Material) -> Material:
+    """Return a material whose grain runs up and down, as on doors and legs."""
+    texture = np.ascontiguousarray(wood.texture.transpose(1, 0, 2))
+    return Material(texture, wood.tile[::-1], wood.gloss, wood.sharpness, infrared=wood.infrared)

@@ -16,6 +16,8 @@ Polygon = npt.NDArray[np.floating[Any]]  # (K, 2) metres
 Place = npt.NDArray[np.floating[Any]]  # (2,) metres
 Mask = npt.NDArray[np.bool_]
 
+ROBOT_RADIUS = 0.25  # metres; a small robot with a mast
+
 # To the right, down, and both diagonals; the graph is undirected.
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
@@ -34,7 +36,7 @@ class FreeSpace:
         outline: Polygon,
         obstacles: Sequence[Polygon],
         *,
-        radius: float = 0.30,
+        radius: float = ROBOT_RADIUS,
         cell: float = 0.05,
     ) -> None:
         self._cell = cell

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from curiosight.worlds.rooms.arrangement import Arrangement, Surface, Thing, rearranged
+from curiosight.worlds.rooms.arrangement import Arrangement, Box, Surface, Thing, rearranged
 from curiosight.worlds.rooms.free_space import FreeSpace, Polygon
+from curiosight.worlds.rooms.furniture import Placed, furnish
 from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
 from curiosight.worlds.rooms.scene import Light, Scene
 from curiosight.worlds.rooms.settings import RoomSettings
+from curiosight.worlds.rooms.shell import draw_shell
 from curiosight.worlds.rooms.things import KINDS, Kind
 
-if TYPE_CHECKING:
-    from curiosight.worlds.rooms.furniture import Placed
-
-_N_ON_FLOOR = 14
+_N_ON_FLOOR = 16
 # Numbers of the random streams that a seed is split into.
 PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS = range(6)
 
@@ -47,15 +44,13 @@ class Room:
 
 def draw_room(settings: RoomSettings) -> Room:
     """Draw the room of a seed: always the same for the same settings."""
-    from curiosight.worlds.rooms.furniture import furnish
-    from curiosight.worlds.rooms.shell import draw_shell
-
     rng = stream(settings, PLAN)
     plan = draw_plan(rng, settings.plan)
     shell = draw_shell(plan, rng)
     furniture = furnish(plan, shell, rng)
     kinds = _kinds(settings)
-    things = _draw_things(settings, plan, furniture, kinds)
+    kept_free = [np.asarray(area) for area in shell.kept_free]
+    things = _draw_things(settings, kinds, lambda: _places(plan, furniture, kept_free))
     fixed = [*shell.parts, *(part for placed in furniture for part in placed.parts())]
     parts = (*fixed, *(thing.part() for thing in things))
     return Room(settings, plan, furniture, things, Scene(parts, _lights(settings, shell.lights)))
@@ -71,21 +66,23 @@ def _kinds(settings: RoomSettings) -> tuple[Kind, ...]:
 
 
 def _draw_things(
-    settings: RoomSettings, plan: FloorPlan, furniture: Sequence[Placed], kinds: Sequence[Kind]
+    settings: RoomSettings, kinds: Sequence[Kind], empty: Callable[[], Arrangement]
 ) -> tuple[Thing, ...]:
-    arrangement = _places(plan, furniture)
+    """Arrange things in the empty room; then, if asked for, once more."""
+    arrangement = empty()
     arrangement.fill(kinds, _N_ON_FLOOR, stream(settings, THINGS))
     if settings.rearrange is None:
         return tuple(arrangement.things)
     rng = stream(settings, REARRANGEMENT, settings.rearrange)
-    return rearranged(arrangement.things, _places(plan, furniture), kinds, rng)
+    return rearranged(arrangement.things, empty(), kinds, rng)
 
 
-def _places(plan: FloorPlan, furniture: Sequence[Placed]) -> Arrangement:
+def _places(plan: FloorPlan, furniture: Sequence[Placed], kept_free: Sequence[Box]) -> Arrangement:
     surfaces = [
         Surface(T_room_surface, box) for placed in furniture for T_room_surface, box in placed.tops
     ]
-    return Arrangement(plan.outline, surfaces, [placed.footprint for placed in furniture])
+    footprints = [placed.footprint for placed in furniture]
+    return Arrangement(plan.outline, surfaces, footprints, kept_free)
 
 
 def _lights(settings: RoomSettings, lights: Sequence[Light]) -> tuple[Light, ...]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from curiosight.worlds.rooms import shapes, textures
-from curiosight.worlds.rooms.blocks import Range, block
+from curiosight.worlds.rooms.blocks import Range, block, upright_grain
 from curiosight.worlds.rooms.mesh import Material, Mesh
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.surfaces import turned
@@ -47,30 +48,22 @@ def draw_board(rng: np.random.Generator, vivid: float = 0.35) -> Material:
     return Material(paint, (1.0, 1.0), gloss=0.15, sharpness=25.0)
 
 
-def upright_grain(wood: Material) -> Material:
-    """Return a material whose grain runs up and down, as on doors and legs."""
-    texture = np.ascontiguousarray(wood.texture.transpose(1, 0, 2))
-    return Material(texture, wood.tile[::-1], wood.gloss, wood.sharpness, infrared=wood.infrared)
-
-
 def fronts(x: Range, z: Range, y: float, n_columns: int, n_rows: int, look: Look) -> list[Mesh]:
     """Return doors (one row) or drawers (more), before the plane y, with their handles."""
     material = upright_grain(look.front) if n_rows == 1 else look.front
     columns, rows = np.linspace(*x, n_columns + 1), np.linspace(*z, n_rows + 1)
     meshes = []
-    for column in range(n_columns):
-        for row in range(n_rows):
-            left, right = columns[column] + GAP / 2, columns[column + 1] - GAP / 2
-            low, high = rows[row] + GAP / 2, rows[row + 1] - GAP / 2
-            meshes.append(block((left, right), (y - THICKNESS, y), (low, high), material))
-            if look.handle == "none":
-                continue
-            if n_rows > 1:
-                at, is_upright = ((left + right) / 2, high - min(0.06, (high - low) / 2)), False
-            else:
-                inner = right - 0.05 if column % 2 == 0 else left + 0.05
-                at, is_upright = (inner, _reachable(low, high)), True
-            meshes.append(_handle(at, y - THICKNESS, is_upright, look))
+    for column, row in product(range(n_columns), range(n_rows)):
+        left, right = columns[column] + GAP / 2, columns[column + 1] - GAP / 2
+        low, high = rows[row] + GAP / 2, rows[row + 1] - GAP / 2
+        meshes.append(block((left, right), (y - THICKNESS, y), (low, high), material))
+        if n_rows > 1:
+            at = ((left + right) / 2, high - min(0.06, (high - low) / 2))
+        else:
+            # Doors open in pairs: their handles are beside each other.
+            at = (right - 0.05 if column % 2 == 0 else left + 0.05, _reachable(low, high))
+        if look.handle != "none":
+            meshes.append(_handle(at, y - THICKNESS, n_rows == 1, look))
     return meshes
 
 

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from curiosight.worlds.rooms import prints, shapes
-from curiosight.worlds.rooms.blocks import block
+from curiosight.worlds.rooms.blocks import block, upright_grain
 from curiosight.worlds.rooms.furniture.fronts import (
     THICKNESS,
     TOP_SPACING,
     Look,
     draw_look,
     fronts,
-    upright_grain,
 )
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
 from curiosight.worlds.rooms.mesh import Mesh, join, standing

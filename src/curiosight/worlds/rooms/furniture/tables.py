@@ -7,13 +7,12 @@ from itertools import product
 import numpy as np
 
 from curiosight.worlds.rooms import shapes
-from curiosight.worlds.rooms.blocks import block
+from curiosight.worlds.rooms.blocks import block, upright_grain
 from curiosight.worlds.rooms.furniture.fronts import (
     TOP_SPACING,
     draw_board,
     draw_look,
     fronts,
-    upright_grain,
 )
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
 from curiosight.worlds.rooms.mesh import Material, Mesh, join

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from curiosight.worlds.rooms import prints, shapes
+from curiosight.worlds.rooms.blocks import upright_grain
 from curiosight.worlds.rooms.mesh import Material, Mesh, standing
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.plan import FloorPlan, Rectangle
 from curiosight.worlds.rooms.scene import Light, Part, Role
 from curiosight.worlds.rooms.shell import openings, walls
 from curiosight.worlds.rooms.shell.decoration import hang
-from curiosight.worlds.rooms.shell.finish import Finish, draw_finish
+from curiosight.worlds.rooms.shell.finish import WHITE, Finish, draw_finish
 from curiosight.worlds.rooms.shell.lamps import draw_lamp
 from curiosight.worlds.rooms.shell.walls import Opening
 from curiosight.worlds.rooms.things.materials import near, plastic, timber
@@ -106,9 +107,10 @@ def _fit_openings(
 def _draw_leaf(rng: np.random.Generator) -> Material:
     """Draw what doors are made of: paint or wood."""
     kind = rng.random()
-    if kind < 0.4:
-        return plastic(near(rng, (238, 236, 230), 4), gloss=0.15)
-    return plastic(draw_colour(rng, vivid=0.7), gloss=0.15) if kind < 0.65 else timber(rng)
+    if kind < 0.35:
+        return upright_grain(timber(rng))
+    rgb = near(rng, WHITE, 4) if kind < 0.75 else draw_colour(rng, vivid=0.7)
+    return plastic(rgb, gloss=0.15)
 
 
 def _hang_lamps(

@@ -34,7 +34,7 @@ class Finish:
 def draw_finish(rng: np.random.Generator, n_walls: int) -> Finish:
     """Draw the materials of a room."""
     main = accent = _draw_wall(rng, pale(rng))
-    panelling = _draw_panelling(rng) if rng.random() < 0.25 else None
+    panelling = _draw_panelling(rng) if rng.random() < 0.2 else None
     if panelling is None and rng.random() < 0.65:
         accent = _draw_wall(rng, draw_colour(rng, vivid=0.7))
     special = int(rng.integers(n_walls))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from curiosight.frame import Pose
 from curiosight.worlds.rooms import shapes
 from curiosight.worlds.rooms.blocks import block
 from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.scene import Light
+from curiosight.worlds.rooms.surfaces import turned
 from curiosight.worlds.rooms.things.materials import colour, plastic, shining
 
 WARM = (1.0, 0.90, 0.76)
@@ -69,7 +71,6 @@ def _flat(ceiling: float, rng: np.random.Generator) -> tuple[Mesh, float, float]
     return join([case, glass]), 2 * half - 0.04, bottom
 
 
-def _facing_down(z: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    pose = np.diag((1.0, -1.0, -1.0, 1.0))
-    pose[2, 3] = z
-    return pose
+def _facing_down(z: float) -> Pose:
+    """Return the motion that turns what looks up to look down, at a height."""
+    return turned((1.0, 0.0, 0.0), np.pi, (0.0, 0.0, z))

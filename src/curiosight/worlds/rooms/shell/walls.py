@@ -31,14 +31,17 @@ class Opening:
 
     @property
     def width(self) -> float:
+        """Metres along the wall."""
         return self.right - self.left
 
     @property
     def middle(self) -> float:
+        """Metres from the wall's left end to its middle."""
         return (self.left + self.right) / 2
 
     @property
     def height(self) -> float:
+        """Metres from its lower to its upper edge."""
         return self.top - self.bottom
 
     def front(self, depth: float, margin: float = 0.0) -> Rectangle:
