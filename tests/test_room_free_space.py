@@ -7,7 +7,7 @@ import pytest
 
 from curiosight.frame import is_rigid
 from curiosight.worlds.rooms.arrangement import corners
-from curiosight.worlds.rooms.free_space import FreeSpace
+from curiosight.worlds.rooms.free_space import ROBOT_RADIUS, FreeSpace
 from curiosight.worlds.rooms.viewpoints import camera_pose, distance_to_wall, draw_poses
 
 SQUARE = corners(np.array([0.0, 0.0, 4.0, 4.0]))
@@ -43,7 +43,9 @@ def test_ways_are_straight_or_lead_around() -> None:
     space = FreeSpace(L_SHAPE, [])
     assert space.way(place(1, 1), place(5, 1)) == pytest.approx(4)
     around = space.way(place(5, 1), place(1, 5))
-    by_hand = 2 * np.hypot(5 - 1.7, 1 - 1.7)  # touching the corner at the robot's radius
+    by_hand = 2 * np.hypot(
+        3 + ROBOT_RADIUS, 1 - ROBOT_RADIUS
+    )  # touching the corner at the robot's radius
     assert by_hand - 0.1 < around < 1.1 * by_hand
     assert space.way(place(1, 5), place(5, 1)) == pytest.approx(around)
 
@@ -52,7 +54,7 @@ def test_drawn_places_are_free_and_everywhere() -> None:
     space = FreeSpace(L_SHAPE, [])
     drawn = space.draw_places(500, np.random.default_rng(0))
     # Half a cell of jitter may lead a little closer to a wall.
-    assert drawn.min() > 0.3 - 0.05
+    assert drawn.min() > ROBOT_RADIUS - 0.05
     assert (drawn[:, 0] > 4).any()
     assert (drawn[:, 1] > 4).any()
     assert not ((drawn > 2).all(1)).any()

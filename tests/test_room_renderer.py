@@ -164,7 +164,7 @@ def test_a_lamp_shines_to_one_side() -> None:
 
 def test_shadows_are_dark_inside_and_soft_at_the_edge() -> None:
     board = box((0.5, 4, 0.02), WHITE, lift=0.4)
-    mesh = join([ground(spacing=0.05), board])
+    mesh = join([ground(half=1.0, spacing=0.02), board])
     light = lit(mesh, (lamp(1.6),), RayCaster(mesh), seed=0)
     on_ground = (light.mesh.vertices[:, 2] == 0) & (np.abs(light.mesh.vertices[:, 1]) < 0.5)
     x = np.abs(light.mesh.vertices[:, 0])
@@ -317,8 +317,9 @@ def test_shading_agrees_with_arrays() -> None:
             towards = unit(offset)
             leaving, arriving = max(-towards @ lamp_row[3:6], 0), max(towards @ normal, 0)
             seen = lamp_row[9] * leaving * arriving / (np.pi * offset @ offset + lamp_row[9])
-            peak = max(unit(towards + view) @ normal, 0) ** material.sharpness
-            peak *= 0.04 * (material.sharpness + 8) / 8
+            mirrored = 2 * (normal @ view) * normal - view
+            peak = max(towards @ mirrored, 0) ** material.sharpness
+            peak *= 0.04 * (material.sharpness + 2) / 2
             expected += material.gloss * row[8] * peak * seen * source.rgb
         np.testing.assert_allclose(radiance[ray], expected, rtol=2e-3, atol=1e-4)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -52,9 +53,10 @@ def render(
         looks = RoomViews(draw_room(settings))
         if pose:
             looks = views_from(looks, [_read_pose(text) for text in pose])
+        rendered = render_room(looks, cast(Layout, layout), folder)
         talk.introduce(Path(room), looks)
         with talk.following("render", len(looks)) as shown:
-            for _ in render_room(looks, cast(Layout, layout), folder):
+            for _ in rendered:
                 shown.advance()
     summary = {"room": looks.path, "views": len(looks), "layout": layout, "out": str(folder.path)}
     rows = {"views": count(len(looks), "view"), "layout": layout, "written to": folder.path}
@@ -66,4 +68,6 @@ def _read_pose(text: str) -> tuple[float, float, float]:
         x, y, heading = (float(number) for number in text.split(","))
     except ValueError:
         raise ValueError(f"pose: expected X,Y,HEADING such as 1.5,2,90, got {text!r}") from None
+    if not all(map(isfinite, (x, y, heading))):
+        raise ValueError(f"pose: expected finite numbers, got {text!r}")
     return x, y, heading

@@ -41,12 +41,12 @@ def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Iterator
     """Write every view with pose and ground truth; yield each when it is on disk."""
     if layout not in LAYOUTS:
         raise ValueError(f"layout: expected {' or '.join(LAYOUTS)}, got {layout!r}")
-    out.write_text("room.txt", f"{views.path}\n")
     return _as_seven_scenes(views, out) if layout == "7scenes" else _as_tum(views, out)
 
 
 def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
     """Write colour and depth as that Kinect gives them: from two places, not registered."""
+    out.write_text("room.txt", f"{views.path}\n")
     T_colour_depth = np.eye(4)
     T_colour_depth[:3, 3] = seven_scenes.COLOUR_FROM_DEPTH_METRES
     for index, T_room_colour in enumerate(views.poses):
@@ -66,6 +66,7 @@ def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
 
 def _as_tum(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
     """Write registered depth, lists of files by stamp, and the trajectory."""
+    out.write_text("room.txt", f"{views.path}\n")
     out.write_text("camera.json", json.dumps(_camera_file(CAMERA), indent=1) + "\n")
     stamps = [f"{FIRST_STAMP_S + index}.000000" for index in range(len(views))]
     for kind in ("rgb", "depth"):

@@ -16,6 +16,7 @@ from curiosight.segmentation.points import Points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.stacking import join_stacked
 from curiosight.segmentation.supports import Support
+from curiosight.segmentation.walls import Wall
 
 Array = npt.NDArray[Any]
 
@@ -62,7 +63,7 @@ class Surroundings:
 
     points: Points
     supports: list[Support]
-    walls: list[Plane]
+    walls: list[Wall]
     border: Mask
     upholstery: Mask
     settings: SegmentationSettings
@@ -162,17 +163,27 @@ def _judge(
         return Verdict.LARGE
     if np.count_nonzero(xyz[:, 2] > around.settings.max_range - 0.05) > 5:
         return Verdict.FAR
-    for wall in around.walls:
-        away = np.abs(wall.distance(xyz))
-        is_close = np.median(away) < around.settings.wall_gap or (not support.is_table and np.percentile(away, 95) < 0.2)
-        if is_close or _turns_corner(points, members, wall):
-            return Verdict.WALL_PART
+    if any(_is_part_of(wall, members, around, support) for wall in around.walls):
+        return Verdict.WALL_PART
     over = heights.ravel()[members]
     if np.percentile(over, 90) < 2 * (limits.slab + noise):
         return Verdict.FLAT
     if not stands:
         return Verdict.FLOATING
     return Verdict.OBJECT
+
+
+def _is_part_of(wall: Wall, members: Array, around: Surroundings, support: Support) -> bool:
+    """Tell whether a cluster hangs on a wall, or is round its corner."""
+    points = around.points
+    xyz = points.xyz.reshape(-1, 3)[members]
+    if np.mean(wall.is_beside(xyz)) > 0.5:
+        away = np.abs(wall.distance(xyz))
+        if np.median(away) < around.settings.wall_gap:
+            return True
+        if not support.is_table and np.percentile(away, 95) < 2 * around.settings.wall_gap:
+            return True
+    return _turns_corner(points, members, wall)
 
 
 def _turns_corner(points: Points, members: Array, wall: Plane, *, reach: int = 6) -> bool:

@@ -17,7 +17,7 @@ def join_stacked(
     boxes: Array,
     hovers: Array,
     *,
-    reach: float = 0.35,
+    reach: float = 0.5,
     margin: float = 0.03,
 ) -> Array:
     """Return the (n,) number of the thing that each of n clusters belongs to.

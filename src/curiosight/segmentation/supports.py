@@ -83,12 +83,7 @@ def choose_supports(
         return [lowest, *(_table(points, plane, settings) for plane in others)]
     floor = _plane_at(points, up, planes, camera_height, settings.noise)
     known = [
-        Support(
-            _plane_at(points, up, planes, table.offset, settings.noise, table.extent),
-            settings.table,
-            table.extent,
-            table.is_seat,
-        )
+        _known_support(points, up, planes, table, settings)
         for table in known_tables
         if table.extent.any()
     ]
@@ -103,8 +98,42 @@ def choose_supports(
     return [Support(floor, settings.floor), *tables]
 
 
+def _known_support(
+    points: Points,
+    up: Array,
+    planes: list[Plane],
+    table: KnownTable,
+    settings: SegmentationSettings,
+) -> Support:
+    """Return a known table as this frame shows it, and more of it where the frame does."""
+    plane = _plane_at(points, up, planes, table.offset, settings.noise, table.extent)
+    extent = table.extent
+    inside = np.count_nonzero(plane.inliers & extent)
+    if inside > 0.5 * np.count_nonzero(plane.inliers):
+        extent = extent | above_footprint(points, plane)
+    return Support(plane, settings.table, extent, table.is_seat)
+
+
 def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
     return Support(plane, settings.table, above_footprint(points, plane))
+
+
+def settle(free: Mask, extent: Mask, depth: Array, noise: float) -> Mask:
+    """(h, w) bool: the part of `extent` without what only leans into it, such as a chair.
+
+    Free points that follow each other without a step in depth are one body; it belongs to the
+    table where most of it is.
+    """
+    smooth = free.copy()
+    step = 0.02 + 2 * noise * depth**2
+    smooth[:, 1:] &= np.abs(depth[:, 1:] - depth[:, :-1]) < step[:, 1:]
+    smooth[1:] &= np.abs(depth[1:] - depth[:-1]) < step[1:]
+    n_bodies, body = cv2.connectedComponents(smooth.astype(np.uint8), connectivity=4)
+    n_inside = np.bincount(body[extent], minlength=n_bodies)
+    is_outside = n_inside < 0.5 * np.bincount(body.ravel(), minlength=n_bodies)
+    is_outside[0] = False
+    settled: Mask = extent & ~is_outside[body]
+    return settled
 
 
 def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> list[Plane]:

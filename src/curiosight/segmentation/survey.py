@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
-from curiosight.segmentation.planes import Plane, horizontal_axes
+from curiosight.segmentation.planes import Plane, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
-from curiosight.segmentation.supports import Scene, find_planes, share_below
-from curiosight.segmentation.tables import Table, map_tables
+from curiosight.segmentation.supports import PLANE_BAND, Scene, find_planes, share_below
+from curiosight.segmentation.tables import Table, is_seat, level_surface, map_tables
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
+from curiosight.segmentation.walls import Wall, find_walls, join_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
@@ -29,12 +30,14 @@ class Survey:
     up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
     floor_height: metres along `up_world`; None = not known.
     tables: what stands on the floor and carries things, lowest first.
+    walls: and other large upright planes, in the world's frame.
     """
 
     scene: Scene = "floor"
     up_world: Array | None = None
     floor_height: float | None = None
     tables: tuple[Table, ...] = ()
+    walls: tuple[Wall, ...] = ()
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""
@@ -62,14 +65,12 @@ def survey_recording(
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
     if up is not None:
-        up, levels = _world_levels(posed, up, settings)
-        heights = np.array([level.height for level in levels])
-        floor = _lowest_peak(heights, np.array([level.area for level in levels]))
+        up, heights, areas = _world_supports(posed, up, settings)
+        floor = _lowest_peak(heights, areas)
         spread = heights.max() - floor if floor is not None else 0.0
         if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
-            axes = np.stack(horizontal_axes(up), axis=1)
-            tops = [level.xyz @ axes for level in levels]
-            return Survey("floor", up, floor, map_tables(heights - floor, tops, axes))
+            tables = _tables(posed, up, floor, settings)
+            return Survey("floor", up, floor, tables, _walls(posed, up, floor, tables, settings))
     if scene == "auto":
         scene = _scene_of(observed, up, settings)
     return Survey("table" if scene == "table" else "floor", up)
@@ -86,37 +87,71 @@ def _observe(frame: Frame) -> Points:
     return observe_points(frame.depth, frame.camera)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Level:
-    """A level surface in one frame: height along the world's up, area, (n, 3) world points."""
-
-    height: float
-    area: float
-    xyz: Array
-
-
-def _world_levels(
+def _world_supports(
     posed: list[tuple[Points, Pose]], up: Array, settings: SegmentationSettings
-) -> tuple[Array, list[_Level]]:
-    """Refine the world's up by the level surfaces' own normals, twice.
+) -> tuple[Array, Array, Array]:
+    """Refine the world's up by the supports' own normals, twice.
 
-    Return it with the level surfaces of all frames.
+    Return it with the height and the visible area of every support of every frame.
     """
-    levels: list[_Level] = []
+    heights: list[float] = []
+    areas: list[float] = []
     for _ in range(3):
-        levels, normals = [], []
+        heights, areas, normals = [], [], []
         for points, T_world_camera in posed:
             rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
             for plane in find_planes(points, rotation.T @ up, settings):
-                xyz = points.xyz[plane.inliers] @ rotation.T + centre
-                area = float(points.area[plane.inliers].sum())
-                levels.append(_Level(float(np.median(xyz @ up)), area, xyz))
+                heights.append(float(up @ centre) - plane.offset)
+                areas.append(float(points.area[plane.inliers].sum()))
                 normals.append(rotation @ plane.normal)
         if not normals:
             break
-        mean = np.average(normals, axis=0, weights=[level.area for level in levels])
+        mean = np.average(normals, axis=0, weights=areas)
         up = mean / np.linalg.norm(mean)
-    return up, levels
+    return up, np.array(heights), np.array(areas)
+
+
+def _tables(
+    posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
+) -> tuple[Table, ...]:
+    axes = np.stack(horizontal_axes(up), axis=1)
+    seen, level = [], []
+    for points, T_world_camera in posed:
+        rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
+        surface = level_surface(points, rotation.T @ up, settings.noise)
+        for found, xyz in ((seen, points.xyz.reshape(-1, 3)), (level, surface)):
+            near = xyz[xyz[:, 2] < settings.max_range]
+            found.append(near @ rotation.T + centre)
+    all_seen, all_level = np.concatenate(seen), np.concatenate(level)
+    tables = map_tables(all_level @ axes, all_level @ up - floor, axes)
+    places, heights = all_seen @ axes, all_seen @ up - floor
+    return tuple(replace(table, is_seat=is_seat(table, places, heights)) for table in tables)
+
+
+def _walls(
+    posed: list[tuple[Points, Pose]],
+    up: Array,
+    floor: float,
+    tables: tuple[Table, ...],
+    settings: SegmentationSettings,
+) -> tuple[Wall, ...]:
+    found = []
+    for points, T_world_camera in posed:
+        rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
+        height = points.xyz @ (rotation.T @ up).astype(np.float32) + float(up @ centre) - floor
+        free = (points.depth < settings.max_range) & (height > 0.05)
+        for table in tables:
+            free &= ~(table.covers(points.xyz, T_world_camera) & (height > table.height - 0.02))
+        walls = find_walls(
+            points,
+            rotation.T @ up,
+            free=free,
+            band=noise_band(points, PLANE_BAND, settings.noise),
+            border=np.zeros(height.shape, np.bool_),
+            min_diagonal=settings.min_wall_diagonal,
+        )
+        found += [wall.moved(rotation, centre) for wall in walls]
+    return join_walls(found)
 
 
 def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float | None:

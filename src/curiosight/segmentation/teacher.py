@@ -18,11 +18,12 @@ from curiosight.segmentation.supports import (
     KnownTable,
     Support,
     choose_supports,
+    settle,
     share_below,
 )
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.up import ups_from_normals
-from curiosight.segmentation.walls import find_walls
+from curiosight.segmentation.walls import Wall, find_walls, known_walls
 
 Array = npt.NDArray[Any]
 # More of the points below the lowest support, and it is no floor.
@@ -94,7 +95,8 @@ class Teacher:
         supports = self._supports(points, frame)
         if not any(support.plane.inliers.any() for support in supports):
             return _nothing(frame.depth, max_range, "no support plane is in view")
-        return _label(frame.depth, frame.camera, points, supports, self.settings)
+        known = self._known_walls(frame.T_world_camera)
+        return _label(frame.depth, frame.camera, points, supports, known, self.settings)
 
     def _supports(self, points: Points, frame: Frame) -> list[Support]:
         """Return the supports in view, lowest first; empty when there is none.
@@ -133,6 +135,13 @@ class Teacher:
         ]
 
 
+    def _known_walls(self, pose: Pose | None) -> list[Wall]:
+        if pose is None:
+            return []
+        rotation = pose[:3, :3].T
+        return [wall.moved(rotation, -rotation @ pose[:3, 3]) for wall in self.survey.walls]
+
+
 def _nothing(depth: Array, max_range: float, problem: str) -> Segmentation:
     labels = np.where(depth <= max_range, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
     return Segmentation.of_labels(labels, problem)
@@ -143,6 +152,7 @@ def _label(
     camera: Camera,
     points: Points,
     supports: list[Support],
+    known: list[Wall],
     settings: SegmentationSettings,
 ) -> Segmentation:
     in_range = points.depth <= settings.max_range
@@ -150,11 +160,15 @@ def _label(
     up = max(supports, key=lambda s: np.count_nonzero(s.plane.inliers)).plane.normal
     is_support = in_range & _on_supports(points, supports, settings.noise)
     border = border_mask(camera, points.stride, settings.border_px)
-    walls = find_walls(
+    band = noise_band(points, PLANE_BAND, settings.noise)
+    # What stands on a cupboard, in the plane of its front, is no part of the front.
+    free = in_range & ~is_support & ~_over_tables(points, supports)
+    walls = known_walls(points, known, free=free, band=band)
+    walls += find_walls(
         points,
         up,
-        free=in_range & ~is_support,
-        band=noise_band(points, PLANE_BAND, settings.noise),
+        free=free & ~_on_walls(points, walls, settings.noise),
+        band=band,
         border=border,
         min_diagonal=settings.min_wall_diagonal,
         min_cut_diagonal=settings.min_cut_wall_diagonal,
@@ -185,16 +199,30 @@ def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
         slab = noise_band(points, support.settings.slab, noise)
         # An unknown normal compares false: near an edge the height alone decides.
         faces_elsewhere = np.abs(points.normals @ normal) < 0.7
-        found |= (np.abs(support.heights(points)) < slab) & ~faces_elsewhere
+        on = (np.abs(support.heights(points)) < slab) & ~faces_elsewhere
+        if support.extent is not None and support is not supports[0]:
+            on &= support.extent
+        found |= on
     return found
 
 
-def _on_walls(points: Points, walls: list[Plane], noise: float) -> Mask:
+def _over_tables(points: Points, supports: list[Support]) -> Mask:
     found = np.zeros(points.depth.shape, np.bool_)
+    for support in supports[1:]:
+        if support.extent is not None:
+            found |= support.extent & (support.heights(points) > 0)
+    return found
+
+
+def _on_walls(points: Points, walls: list[Wall], noise: float) -> Mask:
+    """(h, w) bool: within a wall's band, straight before it, and not facing elsewhere."""
+    found = np.zeros(points.depth.shape, np.bool_)
+    band = noise_band(points, 0.04, 2 * noise)
     for wall in walls:
-        band = noise_band(points, 0.04, 2 * noise)
-        faces_elsewhere = np.abs(points.normals @ wall.normal.astype(np.float32)) < 0.7
-        found |= (np.abs(wall.distance(points.xyz)) < band) & ~faces_elsewhere
+        if wall.inliers.any():
+            near = np.abs(wall.distance(points.xyz)) < band
+            near &= ~(np.abs(points.normals @ wall.normal.astype(np.float32)) < 0.7)
+            found |= near & wall.is_beside(points.xyz)
     return found
 
 
@@ -216,10 +244,11 @@ def _cluster_all(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
         if support.is_seat:
             continue
         if support.extent is not None:
-            on_table = over & support.extent
-            free &= ~(support.extent & (heights > -1.2))
+            extent = settle(free, support.extent, points.depth, around.settings.noise)
+            on_table = over & extent
+            free &= ~(extent & (heights > -1.2))
             if support is lowest:
-                on_table = over & (support.extent | free)
+                on_table = over & (extent | free)
             over = on_table
         free &= ~over
         numbers, found = find_clusters(over, support, around)

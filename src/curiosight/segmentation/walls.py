@@ -5,6 +5,8 @@ As with the supports (`planes.py`), the known vertical leaves few unknowns, here
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,73 @@ N_SECTORS = 120
 ROW = 0.05
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Wall(Plane):
+    """A vertical plane that ends somewhere.
+
+    axes: (3, 2) its horizontal and its upward direction. low, high: (2,) metres along them,
+    from the camera or, for a wall of a recording, from the world's origin.
+    """
+
+    axes: Array
+    low: Array
+    high: Array
+
+    def is_beside(self, xyz: Array, *, margin: float = 0.10) -> Mask:
+        """(...) bool: which (..., 3) points are straight before or behind the wall."""
+        place = xyz @ self.axes.astype(xyz.dtype)
+        beside: Mask = ((place > self.low - margin) & (place < self.high + margin)).all(axis=-1)
+        return beside
+
+    def moved(self, rotation: Array, translation: Array) -> Wall:
+        """Return it in other coordinates: rotation @ p + translation."""
+        normal, axes = rotation @ self.normal, rotation @ self.axes
+        offset = self.offset - float(normal @ translation)
+        shift = translation @ axes
+        return Wall(normal, offset, self.inliers, axes, self.low + shift, self.high + shift)
+
+
+def known_walls(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array) -> list[Wall]:
+    """Return the known walls, in the camera's frame, as this frame shows them.
+
+    Where it shows little of one, the wall stays as it was, without inliers.
+    """
+    found = []
+    for wall in walls:
+        near = free & (np.abs(wall.distance(points.xyz)) < 0.06 + band)
+        near &= points.normals @ wall.normal.astype(np.float32) > 0.85
+        near &= wall.is_beside(points.xyz)
+        fit = fit_plane(points.xyz[near], band[near] + 0.02, wall.normal, wall.offset)
+        if fit is None or fit[0] @ wall.normal < 0.99:
+            found.append(replace(wall, inliers=np.zeros(free.shape, np.bool_)))
+            continue
+        normal, offset, inliers = fit
+        found.append(replace(wall, normal=normal, offset=offset, inliers=scatter(inliers, near)))
+    return found
+
+
+def join_walls(walls: Iterable[Wall], *, max_gap: float = 0.5) -> tuple[Wall, ...]:
+    """Return the walls of a recording from what its frames saw of them, in the world's frame.
+
+    max_gap: metres between pieces of one wall.
+    """
+    joined: list[Wall] = []
+    for wall in sorted(walls, key=lambda wall: -float(np.prod(wall.high - wall.low))):
+        corners = wall.axes @ np.stack([wall.low, wall.high], axis=1) - wall.offset * wall.normal[:, None]
+        for place, other in enumerate(joined):
+            if wall.normal @ other.normal < 0.985 or np.abs(other.distance(corners.T)).max() > 0.15:
+                continue
+            ends = corners.T @ other.axes
+            low, high = ends.min(axis=0), ends.max(axis=0)
+            if (low < other.high + max_gap).all() and (high > other.low - max_gap).all():
+                low, high = np.minimum(low, other.low), np.maximum(high, other.high)
+                joined[place] = replace(other, low=low, high=high)
+                break
+        else:
+            joined.append(wall)
+    return tuple(joined)
+
+
 def find_walls(
     points: Points,
     up: Array,
@@ -32,7 +101,7 @@ def find_walls(
     min_cut_diagonal: float = 1.0,
     min_area: float = 0.3,
     max_walls: int = 6,
-) -> list[Plane]:
+) -> list[Wall]:
     """Find the vertical planes whose visible part has a diagonal of at least `min_diagonal`.
 
     free: (h, w) bool, the points that may belong to a wall.
@@ -44,7 +113,7 @@ def find_walls(
     thickness, is_border = band[vertical], border[vertical]
     headings = _Headings(xyz, normals, up)
     is_free = np.ones(len(xyz), np.bool_)
-    walls: list[Plane] = []
+    walls: list[Wall] = []
     for _ in range(2 * max_walls):
         normal, distance, peak_area = headings.peak(np.where(is_free, area, 0))
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
@@ -61,7 +130,10 @@ def find_walls(
         least = min_cut_diagonal if is_border[where].any() else min_diagonal
         if area[where].sum() < min_area or visible_diagonal(xyz[where], up, normal) < least:
             continue
-        walls.append(Plane(normal, distance, scatter(where, vertical)))
+        along = np.cross(up, normal) / np.linalg.norm(np.cross(up, normal))
+        axes = np.stack([along, up], axis=1)
+        low, high = np.percentile(xyz[where] @ axes, (1, 99), axis=0)
+        walls.append(Wall(normal, distance, scatter(where, vertical), axes, low, high))
         is_free &= np.abs(xyz @ normal.astype(np.float32) + distance) > thickness + 0.03
     return walls
 

@@ -14,6 +14,8 @@ from curiosight.worlds.rooms.tracing import RayCaster, portions
 
 # Metres before a light at which its shadow rays end: the lamp's own glass gives no shadow.
 CLEARANCE = 0.03
+# What fills less of a point's view is not looked for.
+SMALLEST_SHARE = 1e-3
 # A light is looked for in 2 × 2 places; where these disagree, in 4 × 4.
 FEW_STRATA, MANY_STRATA = 2, 4
 # Metres within which a surface sends less light, as it gets less itself: corners and contacts
@@ -71,11 +73,12 @@ class LightRays:
             visible = np.zeros((len(here), 3), np.float32)
             unshadowed = np.zeros((len(here), 3), np.float32)
             for light, shift in zip(self._lights, shifts, strict=True):
-                rgb = np.asarray(light.rgb, np.float32)
-                full = share_of_view(here, upwards, light)[:, None] * rgb
-                unshadowed += full
-                share = self._visible_share(here, upwards, light, shift[portion])
-                visible += share[:, None] * full
+                full = share_of_view(here, upwards, light)
+                lit = np.flatnonzero(full > SMALLEST_SHARE)
+                share = self._visible_share(here[lit], upwards[lit], light, shift[portion][lit])
+                rgb = full[lit, None] * np.asarray(light.rgb, np.float32)
+                unshadowed[lit] += rgb
+                visible[lit] += share[:, None] * rgb
             share = visible.sum(1) / np.maximum(unshadowed.sum(1), np.float32(1e-6))
             return np.column_stack([visible, share])
 

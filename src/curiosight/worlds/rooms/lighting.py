@@ -22,9 +22,10 @@ from curiosight.worlds.rooms.tracing import RayCaster
 # Metres that a point of view is lifted off its surface, and drawn away from the face's edge,
 # where another surface may touch.
 LIFT, INSET = 2e-3, 8e-3
-# A triangle is cut where the light of its corners differs by this share of their mean, down to
-# edges of so many metres, at most so many times.
-STEP, FINEST, N_CUTS = 0.5, 0.04, 2
+# A triangle is cut where the light of its corners differs by this share of their mean: first
+# those with edges longer than so many metres, then, among their pieces, than so many.
+STEP = 0.5
+LONGEST_UNCUT = (0.08, 0.04)
 # Vertices share their light where the cosine of the angle between their normals is above.
 SMOOTH_COSINE = 0.8
 N_SMOOTHINGS = 2
@@ -52,8 +53,8 @@ def lit(mesh: Mesh, lights: Sequence[Light], caster: RayCaster, seed: int) -> Li
     direct = rays.direct(points, mesh.normals)
     scattered = scattered_light(mesh, direct[:, :3])
     light = np.column_stack([direct, rays.indirect(points, mesh.normals, scattered)])
-    for _ in range(N_CUTS):
-        chosen = uneven(fine, newest, light)
+    for longest_uncut in LONGEST_UNCUT:
+        chosen = uneven(fine, newest, light, longest_uncut)
         if len(chosen) == 0:
             break
         n_known, newest = len(light), slice(len(fine.triangles), None)
@@ -84,15 +85,17 @@ def points_of_view(mesh: LightMesh, chosen: slice) -> Floats:
     return (mesh.vertices + inwards + LIFT * mesh.normals).astype(np.float32)
 
 
-def uneven(mesh: LightMesh, newest: slice, light: Floats) -> npt.NDArray[np.intp]:
-    """Return the newest triangles, large enough to be cut, across which light changes much."""
+def uneven(
+    mesh: LightMesh, newest: slice, light: Floats, longest_uncut: float
+) -> npt.NDArray[np.intp]:
+    """Return the newest triangles with a longer edge across which light changes much."""
     triangles = mesh.triangles[newest]
     brightness = np.where(is_buried(light), 0, (light[:, :3] + light[:, 4:7]).mean(1))
     corners = brightness[triangles]
     step = STEP * (corners.mean(1) + brightness.mean() / 10)
     points = mesh.vertices[triangles]
     longest = np.linalg.norm(points - points[:, [1, 2, 0]], axis=2).max(1)
-    is_uneven = (np.ptp(corners, axis=1) > step) & (longest > FINEST)
+    is_uneven = (np.ptp(corners, axis=1) > step) & (longest > longest_uncut)
     return np.flatnonzero(is_uneven) + np.intp(newest.start)
 
 

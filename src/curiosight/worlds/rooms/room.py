@@ -10,13 +10,17 @@ import numpy as np
 from curiosight.worlds.rooms.arrangement import Arrangement, Box, Surface, Thing, rearranged
 from curiosight.worlds.rooms.free_space import FreeSpace, Polygon
 from curiosight.worlds.rooms.furniture import Placed, furnish
+from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
 from curiosight.worlds.rooms.scene import Light, Scene
 from curiosight.worlds.rooms.settings import RoomSettings
 from curiosight.worlds.rooms.shell import draw_shell
+from curiosight.worlds.rooms.sweet_home import Entry, SweetHomeLibrary
 from curiosight.worlds.rooms.things import KINDS, Kind
+from curiosight.worlds.rooms.things.kind import FLOOR, TABLE
 
 _N_ON_FLOOR = 16
+MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
 # Numbers of the random streams that a seed is split into.
 PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS = range(6)
 
@@ -62,7 +66,20 @@ def stream(settings: RoomSettings, number: int, *more: int) -> np.random.Generat
 
 
 def _kinds(settings: RoomSettings) -> tuple[Kind, ...]:
-    return KINDS
+    """Return the kinds of things to choose from, a furniture library's among them."""
+    if settings.furniture is None:
+        return KINDS
+    library = SweetHomeLibrary(settings.furniture)
+    return KINDS + tuple(_kind_of(library, entry) for entry in library.things())
+
+
+def _kind_of(library: SweetHomeLibrary, entry: Entry) -> Kind:
+    """Return a model of a library as a kind of which all are alike."""
+
+    def draw(rng: np.random.Generator) -> Mesh:
+        return library.mesh(entry)
+
+    return Kind(entry.name, draw, TABLE if entry.diagonal < MAX_TABLE_SIZE else FLOOR)
 
 
 def _draw_things(

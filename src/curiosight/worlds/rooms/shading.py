@@ -22,6 +22,8 @@ Indices = npt.NDArray[np.int32]
 BASE_REFLECTANCE = 0.04
 # A pixel's footprint on a slanted surface is long: take this cosine at least.
 SMALLEST_COSINE = 0.02
+# A highlight that has faded to exp(-LARGEST_EXPONENT) of its peak is over.
+LARGEST_EXPONENT = 12.0
 # Columns of Surfaces.vertices and of Surfaces.materials.
 UV, DIRECT, INDIRECT, UNSHADOWED, NORMAL = 0, 2, 5, 8, 9
 TILE, EMISSION, GLOSS, SHARPNESS = 0, 2, 3, 4
@@ -183,35 +185,46 @@ def polish(hits: Hits, rays: Rays, surfaces: Surfaces, lights: Floats, radiance:
         smooth = interpolated(vertices, corners, second, third, NORMAL)
         normal = scaled(smooth, -1.0 if is_behind else 1.0)
         view = scaled((-x, -y, -z), 1.0)
-        grazing = 1 - min(max(dot(normal, view), 0.0), 1.0)
-        mirrored = BASE_REFLECTANCE + (1 - BASE_REFLECTANCE) * grazing**5
+        cosine = min(max(dot(normal, view), 0.0), 1.0)
+        reflectance = BASE_REFLECTANCE + (1 - BASE_REFLECTANCE) * (1 - cosine) ** 5
         indirect = interpolated(vertices, corners, second, third, INDIRECT)
         for k in range(3):
-            radiance[ray, k] += gloss * mirrored * indirect[k]
+            radiance[ray, k] += gloss * reflectance * indirect[k]
         unshadowed, _, _ = interpolated(vertices, corners, second, third, UNSHADOWED)
         far = distance_of[ray]
         point = (origin[0] + far * x, origin[1] + far * y, origin[2] + far * z)
+        mirrored = (
+            2 * cosine * normal[0] - view[0],
+            2 * cosine * normal[1] - view[1],
+            2 * cosine * normal[2] - view[2],
+        )
         sharpness = materials[material_of[hit], SHARPNESS]
         for light in range(len(lights)):
-            share = highlight(lights, light, point, normal, view, sharpness)
-            for k in range(3):
-                radiance[ray, k] += gloss * unshadowed * share * lights[light, 6 + k]
+            share = highlight(lights, light, point, normal, mirrored, sharpness)
+            if share > 0:
+                for k in range(3):
+                    radiance[ray, k] += gloss * unshadowed * share * lights[light, 6 + k]
 
 
 @kernel
 def highlight(
-    lights: Floats, light: int, point: Triple, normal: Triple, view: Triple, sharpness: float
+    lights: Floats, light: int, point: Triple, normal: Triple, mirrored: Triple, sharpness: float
 ) -> float:
-    """Return how much of a light's radiance a polished surface mirrors (Blinn and Phong)."""
+    """Return how much of a light's radiance a polished surface sends to the view (Phong).
+
+    mirrored: unit direction that the view is mirrored to.
+    """
     x, y, z = lights[light, 0], lights[light, 1], lights[light, 2]
     offset = (x - point[0], y - point[1], z - point[2])
-    towards = scaled(offset, 1.0)
-    leaving = -dot(towards, (lights[light, 3], lights[light, 4], lights[light, 5]))
-    arriving = dot(towards, normal)
+    along, squared = dot(offset, mirrored), dot(offset, offset)
+    faded = 1 - LARGEST_EXPONENT / sharpness
+    if along <= 0 or (faded > 0 and along**2 < faded**2 * squared):
+        return 0.0
+    leaving = -dot(offset, (lights[light, 3], lights[light, 4], lights[light, 5]))
+    arriving = dot(offset, normal)
     if leaving <= 0 or arriving <= 0:
         return 0.0
-    half = scaled((towards[0] + view[0], towards[1] + view[1], towards[2] + view[2]), 1.0)
     area = lights[light, 9]
-    seen = area * leaving * arriving / (np.pi * dot(offset, offset) + area)
-    peak = BASE_REFLECTANCE * (sharpness + 8) / 8
-    return float(peak * max(dot(half, normal), 0.0) ** sharpness * seen)
+    seen = area * leaving * arriving / (squared * (np.pi * squared + area))
+    peak = BASE_REFLECTANCE * (sharpness + 2) / 2
+    return float(peak * (along / sqrt(squared)) ** sharpness * seen)

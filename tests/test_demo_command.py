@@ -1,0 +1,81 @@
+"""curiosight demo: a short one, whole."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from command import refusal, succeed
+from curiosight.cli.app import run
+
+Capsys = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("demo") / "out"
+    assert run(["demo", "--steps", "12", "--seed", "3", "--quiet", "--out", str(path)]) == 0
+    return path
+
+
+def summary_of(folder: Path) -> dict[str, object]:
+    content: dict[str, object] = json.loads((folder / "demo.json").read_text())
+    return content
+
+
+def test_it_learns_and_is_tested_after_the_things_were_moved(shown: Path) -> None:
+    summary = summary_of(shown)
+    assert summary["room"] == "room:3,views=160"
+    assert summary["rearranged"] == "room:3,rearrange=1,views=30,split=test"
+    aucs = summary["roc_auc_after_move"]
+    baseline = summary["baseline_roc_auc_after_move"]
+    assert isinstance(aucs, dict)
+    assert isinstance(baseline, dict)
+    assert set(aucs) == set(baseline) == {"all", "near", "beyond_range", "missing"}
+    # Twelve looks are few, and still enough to be better than what pops out.
+    assert aucs["all"] > max(0.6, baseline["all"])
+
+
+def test_the_report_shows_the_move_first(shown: Path) -> None:
+    page = (shown / "report.html").read_text()
+    after, unseen = page.index("After the things were moved"), page.index("never learned from")
+    assert after < unseen
+    # Four views, each with what the camera saw, the teacher and the model said, and the truth.
+    assert len(re.findall(r"<img", page[after:unseen])) >= 16
+    assert "fine-grained" in page
+    assert "table" in page  # the furniture on the map is named
+    assert not re.search(r'(src|href)="(?!data:|#)', page)
+
+
+def test_a_run_of_explore_is_all_there(shown: Path) -> None:
+    for name in ("steps.csv", "model.npz", "config.toml", "figures/regions.png"):
+        assert (shown / name).is_file()
+
+
+def test_the_same_seed_gives_the_same_bytes(shown: Path, tmp_path: Path, capsys: Capsys) -> None:
+    succeed(capsys, "demo", "--steps", "12", "--seed", "3", "--out", tmp_path / "again")
+    for name in ("steps.csv", "model.npz", "config.toml"):
+        assert (tmp_path / "again" / name).read_bytes() == (shown / name).read_bytes(), name
+    again, before = summary_of(tmp_path / "again"), summary_of(shown)
+    assert again["roc_auc_after_move"] == before["roc_auc_after_move"]
+
+
+def test_it_prints_a_short_table(capsys: Capsys, tmp_path: Path) -> None:
+    outcome = succeed(capsys, "demo", "--steps", "2", "--out", tmp_path / "out")
+    lines = outcome.out.splitlines()
+    assert lines[0] == "demo"
+    for wanted in ("overall error", "after things were moved", "beyond 4 m", "segment (ms)"):
+        assert any(wanted in line for line in lines), wanted
+    assert lines[-1].endswith("report.html")
+    assert len(lines) < 20
+
+
+def test_mistakes_are_one_line(capsys: Capsys, tmp_path: Path) -> None:
+    assert "n_steps" in refusal(capsys, "demo", "--steps", "0", "--out", tmp_path / "x")
+    assert "seed" in refusal(capsys, "demo", "--seed", "-1", "--out", tmp_path / "x")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full/mine.txt").write_text("mine")
+    assert "not empty" in refusal(capsys, "demo", "--out", tmp_path / "full")
