@@ -125,6 +125,12 @@ def test_rearranging_keeps_the_room_and_moves_its_things(room: Room, moved: Room
     before = {thing.T_room_thing.tobytes() for thing in room.things}
     after = {thing.T_room_thing.tobytes() for thing in moved.things}
     assert not before & after
+    again = room.rearranged(1)
+    assert [thing.T_room_thing.tobytes() for thing in again.things] == [
+        thing.T_room_thing.tobytes() for thing in moved.things
+    ]
+    back = again.rearranged(None)
+    assert {thing.T_room_thing.tobytes() for thing in back.things} == before
     kept = {*names(room, Role.OBJECT)} & {*names(moved, Role.OBJECT)}
     assert len(kept) > len({*names(room, Role.OBJECT)}) / 2
 

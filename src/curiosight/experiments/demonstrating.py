@@ -47,8 +47,8 @@ class Demonstration:
             config, views, out, test_source=views.test_views(N_TEST_VIEWS)
         )
         self.views = views
-        moved = replace(room, views=N_TEST_VIEWS, split="test", rearrange=(room.rearrange or 0) + 1)
-        self.rearranged = RoomViews(draw_room(moved))
+        moved = views.room.rearranged((room.rearrange or 0) + 1)
+        self.rearranged = RoomViews(moved).test_views(N_TEST_VIEWS)
         max_range = config.segmentation.max_range
         self.scores = MapScores(max_range=max_range, threshold=self.exploration.learner.threshold)
         self.baseline_scores = MapScores(max_range=max_range)

@@ -108,9 +108,9 @@ def _known_support(
     """Return a known table as this frame shows it, and more of it where the frame does."""
     plane = _plane_at(points, up, planes, table.offset, settings.noise, table.extent)
     extent = table.extent
-    inside = np.count_nonzero(plane.inliers & extent)
-    if inside > 0.5 * np.count_nonzero(plane.inliers):
-        extent = extent | above_footprint(points, plane)
+    seen = above_footprint(points, plane)
+    if np.count_nonzero(plane.inliers & extent & seen) >= 50:
+        extent = extent | seen
     return Support(plane, settings.table, extent, table.is_seat)
 
 

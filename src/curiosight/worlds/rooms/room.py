@@ -2,38 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from curiosight.worlds.rooms.arrangement import Arrangement, Box, Surface, Thing, rearranged
+from curiosight.worlds.rooms.arrangement import Arrangement, Surface, Thing, rearranged
 from curiosight.worlds.rooms.free_space import FreeSpace, Polygon
 from curiosight.worlds.rooms.furniture import Placed, furnish
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
 from curiosight.worlds.rooms.scene import Light, Scene
 from curiosight.worlds.rooms.settings import RoomSettings
-from curiosight.worlds.rooms.shell import draw_shell
+from curiosight.worlds.rooms.shell import Shell, draw_shell
 from curiosight.worlds.rooms.sweet_home import Entry, SweetHomeLibrary
 from curiosight.worlds.rooms.things import KINDS, Kind
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE
 
-_N_ON_FLOOR = 16
+N_ON_FLOOR = 16
 MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
 # Numbers of the random streams that a seed is split into.
 PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS = range(6)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Room:
-    """A room to look around in; metres, z up, the floor at z = 0."""
+    """A room to look around in; metres, z up, the floor at z = 0.
+
+    first_things: where the things stood when the room was drawn. things: where they stand.
+    """
 
     settings: RoomSettings
     plan: FloorPlan
+    shell: Shell
     furniture: tuple[Placed, ...]
+    first_things: tuple[Thing, ...]
     things: tuple[Thing, ...]
-    scene: Scene
+
+    @cached_property
+    def scene(self) -> Scene:
+        """All that a camera can see."""
+        furniture = (part for placed in self.furniture for part in placed.parts())
+        things = (thing.part() for thing in self.things)
+        return Scene((*self.shell.parts, *furniture, *things), self._lights())
 
     @property
     def footprints(self) -> tuple[Polygon, ...]:
@@ -45,6 +57,34 @@ class Room:
         """Return where a robot can stand."""
         return FreeSpace(self.plan.outline, self.footprints)
 
+    def rearranged(self, seed: int | None, *, lights: int | None = None) -> Room:
+        """Return the room after its things were moved, some taken away and others brought.
+
+        seed: of the new arrangement; None = the first one. lights: seed of other lights; None =
+        the first ones.
+        """
+        settings = replace(self.settings, rearrange=seed, lights=lights)
+        if seed is None:
+            return replace(self, settings=settings, things=self.first_things)
+        rng = stream(settings, REARRANGEMENT, seed)
+        empty = _places(self.plan, self.shell, self.furniture)
+        things = rearranged(self.first_things, empty, _kinds(settings), rng)
+        return replace(self, settings=settings, things=things)
+
+    def _lights(self) -> tuple[Light, ...]:
+        """Return the lights, or others: each in another brightness and tint, one of them off."""
+        first, seed = self.shell.lights, self.settings.lights
+        if seed is None:
+            return first
+        rng = stream(self.settings, LIGHTS, seed)
+        kept = sorted(rng.permutation(len(first))[: max(1, len(first) - 1)])
+        changed = []
+        for number in kept:
+            brightness, warmth = rng.uniform(0.4, 1.6), rng.uniform(-0.2, 0.2)
+            rgb = first[number].rgb * brightness * np.array([1 + warmth, 1, 1 - warmth])
+            changed.append(replace(first[number], rgb=rgb))
+        return tuple(changed)
+
 
 def draw_room(settings: RoomSettings) -> Room:
     """Draw the room of a seed: always the same for the same settings."""
@@ -52,12 +92,11 @@ def draw_room(settings: RoomSettings) -> Room:
     plan = draw_plan(rng, settings.plan)
     shell = draw_shell(plan, rng)
     furniture = furnish(plan, shell, rng)
-    kinds = _kinds(settings)
-    kept_free = [np.asarray(area) for area in shell.kept_free]
-    things = _draw_things(settings, kinds, lambda: _places(plan, furniture, kept_free))
-    fixed = [*shell.parts, *(part for placed in furniture for part in placed.parts())]
-    parts = (*fixed, *(thing.part() for thing in things))
-    return Room(settings, plan, furniture, things, Scene(parts, _lights(settings, shell.lights)))
+    arrangement = _places(plan, shell, furniture)
+    arrangement.fill(_kinds(settings), N_ON_FLOOR, stream(settings, THINGS))
+    things = tuple(arrangement.things)
+    room = Room(settings, plan, shell, furniture, things, things)
+    return room.rearranged(settings.rearrange, lights=settings.lights)
 
 
 def stream(settings: RoomSettings, number: int, *more: int) -> np.random.Generator:
@@ -82,38 +121,11 @@ def _kind_of(library: SweetHomeLibrary, entry: Entry) -> Kind:
     return Kind(entry.name, draw, TABLE if entry.diagonal < MAX_TABLE_SIZE else FLOOR)
 
 
-def _draw_things(
-    settings: RoomSettings, kinds: Sequence[Kind], empty: Callable[[], Arrangement]
-) -> tuple[Thing, ...]:
-    """Arrange things in the empty room; then, if asked for, once more."""
-    arrangement = empty()
-    arrangement.fill(kinds, _N_ON_FLOOR, stream(settings, THINGS))
-    if settings.rearrange is None:
-        return tuple(arrangement.things)
-    rng = stream(settings, REARRANGEMENT, settings.rearrange)
-    return rearranged(arrangement.things, empty(), kinds, rng)
-
-
-def _places(plan: FloorPlan, furniture: Sequence[Placed], kept_free: Sequence[Box]) -> Arrangement:
+def _places(plan: FloorPlan, shell: Shell, furniture: Sequence[Placed]) -> Arrangement:
+    """Return where things can stand, nothing of it taken."""
     surfaces = [
         Surface(T_room_surface, box) for placed in furniture for T_room_surface, box in placed.tops
     ]
     footprints = [placed.footprint for placed in furniture]
+    kept_free = [np.asarray(area) for area in shell.kept_free]
     return Arrangement(plan.outline, surfaces, footprints, kept_free)
-
-
-def _lights(settings: RoomSettings, lights: Sequence[Light]) -> tuple[Light, ...]:
-    """Return the lights, or other ones: each brighter or darker, warmer or cooler, or off."""
-    if settings.lights is None:
-        return tuple(lights)
-    rng = stream(settings, LIGHTS, settings.lights)
-    changed = []
-    for light in lights:
-        brightness = rng.uniform(0.4, 1.6)
-        warmth = rng.uniform(-0.2, 0.2)
-        changed.append(
-            replace(light, rgb=light.rgb * brightness * np.array([1 + warmth, 1, 1 - warmth]))
-        )
-    if len(changed) > 1:
-        changed.pop(int(rng.integers(len(changed))))
-    return tuple(changed)
