@@ -72,11 +72,19 @@ class TeacherCounts:
         return _ratio(self.n_taught, self.n_true)
 
 
-def teacher_counts(labels: Labels, ground_truth: Labels, *, border_px: int = 10) -> TeacherCounts:
+def teacher_counts(
+    labels: Labels,
+    ground_truth: Labels,
+    *,
+    counted: npt.NDArray[np.bool_] | None = None,
+    border_px: int = 10,
+) -> TeacherCounts:
     """Compare a teacher's labels with ground truth (255, 0, else ignored) of the same size.
 
     Recall looks only at true objects (connected components) that keep out of the image's frame
     of `border_px`: what touches it is unknown on purpose (sec. II-A.2).
+
+    counted: (H, W) the pixels that count, those within some distance, say; None = all.
     """
     is_object = ground_truth == 255
     is_true = is_object | (ground_truth == 0)
@@ -86,9 +94,11 @@ def teacher_counts(labels: Labels, ground_truth: Labels, *, border_px: int = 10)
     is_whole = is_object & ~np.isin(component, component[frame])
     is_salient = labels == Label.SALIENT
     is_taught = is_salient | (labels == Label.NOT_SALIENT)
+    if counted is not None:
+        is_true, is_whole = is_true & counted, is_whole & counted
     masks = (
         is_salient & is_true,
-        is_salient & is_object,
+        is_salient & is_true & is_object,
         is_whole,
         is_whole & is_salient,
         is_true,

@@ -97,7 +97,7 @@ def test_poses_stand_free_with_room_ahead() -> None:
         assert pose[2, 3] == pytest.approx(0.8, abs=0.05)
         assert np.degrees(np.arcsin(-pose[2, 2])) == pytest.approx(20, abs=2.5)
         heading = float(np.degrees(np.arctan2(pose[1, 2], pose[0, 2])))
-        assert distance_to_wall(L_SHAPE, pose[:2, 3], heading) >= 1.2
+        assert distance_to_wall(L_SHAPE, pose[:2, 3], heading) >= 1.6
     again = draw_poses(50, space, L_SHAPE, np.random.default_rng(3), height=0.8, tilt_deg=20)
     np.testing.assert_array_equal(poses, again)
 

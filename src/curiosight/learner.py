@@ -13,14 +13,17 @@ import numpy.typing as npt
 from curiosight.archive import read_archive, write_archive
 from curiosight.errors import DataError
 from curiosight.features import (
+    N_CONTRAST,
     N_FEATURES,
     ColourSpace,
     RowOfPixel,
     Rows,
     RowsPer,
     SeedsSegmenter,
+    describe_contrast,
     describe_pixels,
     describe_superpixels,
+    join_contrast,
     shrink,
     to_colour_space,
 )
@@ -46,7 +49,7 @@ class Teaches(Protocol):
 class Description:
     """An image as rows of features.
 
-    rows: (n, 39) uint8.
+    rows: (n, 39) uint8, or (n, 54) with contrast.
     row_of_pixel: (h, w) int32, the row of each pixel of the shrunken image.
     """
 
@@ -94,6 +97,8 @@ class SaliencyLearner:
         pixels of a superpixel one row, an approximation that is 10 to 50 times cheaper.
     colour_space: of the features. The paper's is RGB; in Lab a split on one channel separates
         hues in any light, and the same forest learns more.
+    contrast: describe superpixels also by how they differ from their surroundings. The paper
+        does not.
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
     threshold: a pixel that scores above it is predicted salient, for the error.
     """
@@ -105,6 +110,7 @@ class SaliencyLearner:
         *,
         rows_per: RowsPer = "pixel",
         colour_space: ColourSpace = "rgb",
+        contrast: bool = False,
         n_pixels: int = 700,
         n_superpixels: int = 600,
         threshold: float = 0.5,
@@ -120,13 +126,15 @@ class SaliencyLearner:
             raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
         if not 0 <= threshold < 1:
             raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
-        if forest is not None and forest.n_features != N_FEATURES:
-            raise ValueError(f"forest: expected {N_FEATURES} features, got {forest.n_features}")
+        n_features = count_features(contrast)
+        if forest is not None and forest.n_features != n_features:
+            raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
-        self.forest = forest or Forest(n_features=N_FEATURES, seed=self.rng)
+        self.forest = forest or Forest(n_features=n_features, seed=self.rng)
         self.rows_per = rows_per
         self.colour_space = colour_space
+        self.contrast = contrast
         self.n_pixels = n_pixels
         self.n_superpixels = n_superpixels
         self.threshold = threshold
@@ -159,9 +167,14 @@ class SaliencyLearner:
         if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
             raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
         small = shrink(rgb)
-        describe = describe_pixels if self.rows_per == "pixel" else describe_superpixels
+        superpixels = self._cut(small)
         coloured = to_colour_space(small, self.colour_space)
-        return Description(*describe(coloured, self._cut(small)))
+        describe = describe_pixels if self.rows_per == "pixel" else describe_superpixels
+        rows, row_of_pixel = describe(coloured, superpixels)
+        if self.contrast:
+            contrast = describe_contrast(coloured, superpixels)
+            rows = join_contrast(rows, row_of_pixel, contrast, superpixels)
+        return Description(rows, row_of_pixel)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return what the teacher says of a frame (sec. II-A.2)."""
@@ -187,7 +200,7 @@ class SaliencyLearner:
     def sample(
         self, description: Description, labels: Labels, n_pixels: int | None = None
     ) -> tuple[Rows, npt.NDArray[np.bool_]]:
-        """Draw the rows (n, 39) of labelled pixels and whether each is salient.
+        """Draw the rows (n, F) of labelled pixels and whether each is salient.
 
         n_pixels: how many; None = as many as a frame teaches on-line.
         """
@@ -237,6 +250,7 @@ class SaliencyLearner:
                 forest,
                 rows_per=features["rows_per"],
                 colour_space=features["colour_space"],
+                contrast=features["contrast"],
                 n_pixels=header["n_pixels"],
                 threshold=header["threshold"],
                 n_superpixels=features["n_superpixels"],
@@ -255,8 +269,14 @@ class SaliencyLearner:
             "name": "39 mean colours",
             "rows_per": self.rows_per,
             "colour_space": self.colour_space,
+            "contrast": self.contrast,
             "n_superpixels": self.n_superpixels,
         }
+
+
+def count_features(contrast: bool) -> int:
+    """Return how many features a row has: 39, or 54 with contrast."""
+    return N_FEATURES + N_CONTRAST if contrast else N_FEATURES
 
 
 def fit_labels(labels: Labels, description: Description) -> Labels:

@@ -12,10 +12,9 @@ from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
-from curiosight.features import N_FEATURES
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
-from curiosight.learner import SaliencyLearner, Teaches
+from curiosight.learner import SaliencyLearner, Teaches, count_features
 from curiosight.segmentation import Survey, Teacher, survey_recording
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
@@ -76,7 +75,7 @@ def make_learner(
     settings = config.forest
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
-        n_features=N_FEATURES,
+        n_features=count_features(config.learner.contrast),
         n_trees=settings.n_trees,
         n_regrown=settings.n_regrown,
         share=settings.share,
@@ -93,6 +92,7 @@ def make_learner(
         forest,
         rows_per=config.learner.rows_per,
         colour_space=config.learner.colour_space,
+        contrast=config.learner.contrast,
         n_pixels=config.learner.n_pixels,
         n_superpixels=config.learner.n_superpixels,
         threshold=config.learner.threshold,
@@ -113,6 +113,7 @@ def load_learner(
         LearnerConfig(
             rows_per=learner.rows_per,
             colour_space=learner.colour_space,
+            contrast=learner.contrast,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
             threshold=learner.threshold,
@@ -124,7 +125,7 @@ def load_learner(
             max_samples=forest.max_samples,
             max_depth=forest.max_depth,
             min_split=forest.min_split,
-            n_split_features=forest.n_split_features % N_FEATURES,
+            n_split_features=forest.n_split_features % forest.n_features,
             vote=forest.vote,
         ),
     )

@@ -1,4 +1,4 @@
-"""RGB to superpixels and the paper's 39 colour features (sec. II-A.1)."""
+"""RGB to superpixels, the paper's 39 colour features (sec. II-A.1) and 15 of contrast."""
 
 from curiosight.features.colour import (
     N_FEATURES,
@@ -8,6 +8,7 @@ from curiosight.features.colour import (
     describe_pixels,
     describe_superpixels,
 )
+from curiosight.features.contrast import N_CONTRAST, describe_contrast, join_contrast
 from curiosight.features.superpixels import (
     ColourSpace,
     SeedsSegmenter,
@@ -17,6 +18,7 @@ from curiosight.features.superpixels import (
 )
 
 __all__ = [
+    "N_CONTRAST",
     "N_FEATURES",
     "ColourSpace",
     "RowOfPixel",
@@ -24,8 +26,10 @@ __all__ = [
     "RowsPer",
     "SeedsSegmenter",
     "Superpixels",
+    "describe_contrast",
     "describe_pixels",
     "describe_superpixels",
+    "join_contrast",
     "shrink",
     "to_colour_space",
 ]

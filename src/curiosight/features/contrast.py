@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from numba import njit
+from scipy.ndimage import map_coordinates
 
 from curiosight.features.colour import RowOfPixel, Rows
 from curiosight.features.superpixels import Superpixels
@@ -67,9 +68,12 @@ def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
         if level in LEVELS:
             smooth = cv2.GaussianBlur(smaller, (0, 0), 1.0)
             # pyrDown keeps the pixels 0, 2, 4, …: their middles, not their corners, coincide.
-            u, v = (centres / 2**level).astype(np.float32).T[:, :, None]
-            there = cv2.remap(smooth, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            colours.append(there[:, 0])
+            u, v = centres.T / 2**level
+            channels = [
+                map_coordinates(channel, (v, u), order=1, mode="nearest")
+                for channel in cv2.split(smooth)
+            ]
+            colours.append(np.stack(channels, axis=1))
     return colours
 
 

@@ -134,7 +134,7 @@ def _tables_at(places: Array, heights: Array, axes: Array, *, border: float = 0.
     seen[row, column] = 1
     seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(CELL)).astype(np.uint8)
     # Narrow strips are edges of something else, such as the back of a chair.
-    seen = cv2.morphologyEx(seen, cv2.MORPH_OPEN, _disc(CELL)).astype(np.uint8)
+    seen = cv2.morphologyEx(seen, cv2.MORPH_OPEN, _disc(0.08)).astype(np.uint8)
     seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(0.12)).astype(np.uint8)
     n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(seen)
     found = []

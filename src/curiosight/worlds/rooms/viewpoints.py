@@ -10,7 +10,7 @@ from curiosight.worlds.rooms.free_space import FreeSpace, Polygon
 
 # A robot's mast sways, and its floor is not quite level.
 _SWAY_M, _SWAY_DEG = 0.01, 0.5
-_MIN_WALL_DISTANCE = 1.2
+_MIN_WALL_DISTANCE = 1.6
 
 
 def camera_pose(

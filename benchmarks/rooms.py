@@ -1,0 +1,164 @@
+"""Score teacher and learner in drawn rooms, and how hard the rooms are.
+
+    python benchmarks/rooms.py teacher [--seeds 11 12 13 14 15]
+    python benchmarks/rooms.py learner [--seeds 11 12 13 14 15]
+    python benchmarks/rooms.py sheet FILE [--seeds 1 2 … 12]
+
+Thresholds, features and rooms were made looking at seeds below 10 and above 20.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from teacher import TeacherCounts, teacher_counts, write_sheet
+
+from curiosight import load_config, make_teacher
+from curiosight.baselines import fine_grained, spectral_residual
+from curiosight.evaluation import MapScores
+from curiosight.experiments.exploring import Exploration
+from curiosight.experiments.output import OutputFolder
+from curiosight.worlds.rooms.room import draw_room
+from curiosight.worlds.rooms.settings import RoomSettings, SensorName
+from curiosight.worlds.rooms.views import RoomViews
+
+Camera = tuple[float, float]  # metres over the floor, degrees down
+
+RESULTS = Path(__file__).parent / "results"
+N_TEACHER_VIEWS = 20
+N_TEST_VIEWS = 40
+N_STEPS = 200
+# A Kinect's noise grows with the square of the distance: the teacher is judged up to here.
+KINECT_RANGE = 3.5
+SENSORS: tuple[SensorName, ...] = ("perfect", "kinect")
+PARTS = ("near", "beyond_range", "missing")
+
+
+def score_teacher(seeds: list[int], cameras: list[Camera], sheets: Path | None) -> None:
+    """Print precision and recall of the teacher with both sensors, and its worst views."""
+    for sensor, (height, tilt) in product(SENSORS, cameras):
+        counts: dict[str, TeacherCounts] = {}
+        for seed in seeds:
+            room = RoomSettings(
+                seed, sensor=sensor, views=N_TEACHER_VIEWS, height=height, tilt=tilt
+            )
+            counts |= score_views(RoomViews(draw_room(room)), sheets)
+        total = sum(counts.values(), TeacherCounts())
+        print(
+            f"{sensor:8} {height} m {tilt:2.0f}°  precision {total.precision:.4f}  "
+            f"recall {total.recall:.4f}  coverage {total.coverage:.4f}"
+        )
+        wrong = sorted(
+            counts, key=lambda view: counts[view].n_salient_right - counts[view].n_salient
+        )
+        missed = sorted(counts, key=lambda view: counts[view].n_whole_found - counts[view].n_whole)
+        print("  most wrong:", "; ".join(wrong[:3]), " most missed:", "; ".join(missed[:3]))
+
+
+def score_views(views: RoomViews, sheets: Path | None) -> dict[str, TeacherCounts]:
+    """Return the teacher's counts of every view, by its name."""
+    settings = views.room.settings
+    teacher = make_teacher(load_config(), views)
+    max_range = KINECT_RANGE if settings.sensor == "kinect" else np.inf
+    counts = {}
+    for index, id in enumerate(views.ids):
+        look = views.look(index)
+        segmentation = teacher.segment(look.frame)
+        near = look.true_depth <= max_range
+        counts[f"{views.path} {id}"] = teacher_counts(segmentation.labels, look.truth, counted=near)
+        if sheets:
+            path = sheets / f"{settings.sensor}-{settings.seed}-{id}.png"
+            write_sheet(path, look.frame, look.truth, segmentation)
+    return counts
+
+
+def score_learner(seeds: list[int]) -> None:
+    """Explore each room, move its things, and print how well they are found."""
+    rows: dict[str, Any] = {}
+    for seed in seeds:
+        room = draw_room(RoomSettings(seed))
+        moved = RoomViews(room.rearranged(1)).test_views(N_TEST_VIEWS)
+        methods = {"fine_grained": fine_grained, "spectral_residual": spectral_residual}
+        for preset in ("paper", "default"):
+            config = load_config(preset, None, {"explorer.n_steps": N_STEPS, "run.seed": seed})
+            with tempfile.TemporaryDirectory() as folder:
+                source = f"room:{seed}"
+                out = OutputFolder(Path(folder) / "out", "explore", Path(source))
+                run = Exploration(config, RoomViews(room), out)
+                for _ in run:
+                    pass
+                run.finish()
+            methods[preset] = run.learner.saliency
+        for name, method in methods.items():
+            scores = MapScores()
+            for index, id in enumerate(moved.ids):
+                look = moved.look(index)
+                scores.add(
+                    id,
+                    method(look.frame.rgb),
+                    look.truth,
+                    depth=look.frame.depth,
+                    true_depth=look.true_depth,
+                )
+            aucs = {part: scores.ranking(part).roc_auc for part in ("all", *PARTS)}
+            rows.setdefault(name, {})[seed] = aucs | {"error": scores.table()["overall_error"]}
+            print(f"room:{seed} {name:18}", *(f"{part} {auc:.3f}" for part, auc in aucs.items()))
+    for name, of_seed in rows.items():
+        means = {
+            part: np.mean([figures[part] for figures in of_seed.values()])
+            for part in ("all", *PARTS, "error")
+        }
+        print(f"mean    {name:18}", *(f"{part} {mean:.3f}" for part, mean in means.items()))
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / "rooms-learner.json").write_text(json.dumps(rows, indent=1) + "\n")
+
+
+def draw_sheet(path: Path, seeds: list[int], n_views: int = 4) -> None:
+    """Draw some views of each room, a room a row of two columns."""
+    strips = []
+    for seed in seeds:
+        views = RoomViews(draw_room(RoomSettings(seed, views=n_views)))
+        pictures = [
+            cv2.resize(views[index].rgb, (240, 180), interpolation=cv2.INTER_AREA)
+            for index in range(n_views)
+        ]
+        strips.append(np.hstack(pictures))
+    half = len(strips) // 2
+    gap = np.full((180 * half, 12, 3), 255, np.uint8)
+    sheet = np.hstack([np.vstack(strips[:half]), gap, np.vstack(strips[half : 2 * half])])
+    cv2.imwrite(str(path), sheet[..., ::-1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name in ("teacher", "learner", "sheet"):
+        command = commands.add_parser(name)
+        default = list(range(1, 13)) if name == "sheet" else [11, 12, 13, 14, 15]
+        command.add_argument("--seeds", type=int, nargs="+", default=default)
+        if name == "teacher":
+            command.add_argument("--heights", action="store_true", help="0.4-1.6 m, 0-45° too")
+            command.add_argument("--sheets", type=Path, help="write a picture a view")
+        if name == "sheet":
+            command.add_argument("file", type=Path)
+    arguments = parser.parse_args()
+    if arguments.command == "teacher":
+        cameras = [(1.0, 10.0)]
+        if arguments.heights:
+            cameras += [(0.4, 0.0), (0.4, 30.0), (1.6, 20.0), (1.6, 45.0)]
+        score_teacher(arguments.seeds, cameras, arguments.sheets)
+    elif arguments.command == "learner":
+        score_learner(arguments.seeds)
+    else:
+        draw_sheet(arguments.file, arguments.seeds)
+
+
+if __name__ == "__main__":
+    main()
