@@ -2,16 +2,11 @@
 # but Python >= 3.11 with venv.
 PYTHON ?= python3
 BIN := .venv/bin
-SOURCE ?=
 
 .PHONY: demo test lint format clean
 
-demo:
-	@test -n "$(SOURCE)" || { \
-	  echo "make demo explores a recording of yours: make demo SOURCE=folder"; \
-	  echo "(7-Scenes, TUM RGB-D, OSD, or rgb/ depth/ camera.json)"; exit 2; }
-	@$(MAKE) --silent --no-print-directory .venv/installed
-	$(BIN)/curiosight explore "$(SOURCE)" --test-every 10
+demo: .venv/installed
+	$(BIN)/curiosight demo
 
 test: .venv/installed-dev
 	$(BIN)/python -m pytest

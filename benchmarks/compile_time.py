@@ -18,6 +18,7 @@ from numba.core import event
 import curiosight as cs
 from curiosight.datasets.registration import register_depth
 from curiosight.datasets.seven_scenes import COLOUR_CAMERA, DEPTH_CAMERA
+from curiosight.worlds import open_source
 
 spent = {}
 class Listener(event.Listener):
@@ -47,6 +48,7 @@ with event.install_listener("numba:compile", Listener()):
         labels[:, ::2] = 255
         learner.learn(description, labels)
         learner.predict(description)
+    open_source("room:0,views=1,blur=yes")[0]
 for name, seconds in sorted(spent.items(), key=lambda item: -item[1]):
     print(f"{seconds:6.2f} s  {name}")
 print(f"{sum(spent.values()):6.2f} s  all {len(spent)} kernels")

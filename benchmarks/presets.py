@@ -32,26 +32,29 @@ def variants() -> dict[str, Config]:
     paper, default = Config.of_preset("paper"), Config.of_preset("default")
     superpixels = replace(paper, learner=replace(paper.learner, rows_per="superpixel"))
     soft = replace(superpixels, forest=replace(paper.forest, vote="soft"))
-    lab = replace(soft, learner=default.learner)
+    lab = replace(soft, learner=replace(default.learner, contrast=False))
+    deep = replace(default, learner=lab.learner)
     steps = {
         "paper": paper,
         "+ one row per superpixel": superpixels,
         "+ leaf frequencies": soft,
         "+ Lab": lab,
-        "+ deep, varied trees = default": default,
+        "+ deep, varied trees": deep,
+        "+ contrast = default": default,
     }
     for name, changes in {
         "default, nodes of 20 split": {"min_split": 20},
         "default, nodes of 100 split": {"min_split": 100},
         "default, nodes of 400 split": {"min_split": 400},
         "default, 6 features a split": {"n_split_features": 6},
+        "default, 20 features a split": {"n_split_features": 20},
         "default, all features a split": {"n_split_features": 0},
     }.items():
         steps[name] = replace(default, forest=replace(default.forest, **changes))
     steps["default, exactly per pixel"] = replace(
         default, learner=replace(default.learner, rows_per="pixel")
     )
-    steps["default, RGB"] = replace(default, learner=superpixels.learner)
+    steps["default, RGB"] = replace(default, learner=replace(default.learner, colour_space="rgb"))
     return steps
 
 

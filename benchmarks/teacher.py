@@ -33,6 +33,7 @@ COLOUR_OF_VERDICT = {
     Verdict.LARGE: (0, 200, 200),
     Verdict.FLAT: (200, 80, 200),
     Verdict.FLOATING: (220, 40, 40),
+    Verdict.FURNITURE: (240, 130, 110),
     Verdict.WALL_PART: (120, 40, 160),
 }
 COLOUR_OF_UNKNOWN = (150, 150, 110)

@@ -34,6 +34,7 @@ def test_paper_holds_the_papers_numbers() -> None:
     config = Config.of_preset("paper")
     learner, forest, explorer = config.learner, config.forest, config.explorer
     assert (learner.rows_per, learner.colour_space, learner.n_pixels) == ("pixel", "rgb", 700)
+    assert not learner.contrast
     assert (forest.n_trees, forest.n_regrown, forest.share) == (30, 4, 0.7)
     assert forest.max_samples == 100_000
     assert (forest.max_depth, forest.min_split, forest.vote) == (10, 11, "hard")
@@ -53,6 +54,9 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
     assert {key: value for key, value in default.items() if value != paper[key]} == {
         "learner.rows_per": "superpixel",
         "learner.colour_space": "lab",
+        "learner.contrast": True,
+        "learner.blind_share": 0.04,
+        "learner.follow_edges": True,
         "forest.max_depth": 24,
         "forest.min_split": 200,
         "forest.n_split_features": 12,
@@ -77,6 +81,7 @@ def test_library_defaults_are_the_papers(preset: str) -> None:
     is_same = made.forest.settings() == plain.forest.settings()
     assert is_same == (preset == "paper")
     assert (made.rows_per == plain.rows_per) == (preset == "paper")
+    assert (made.contrast == plain.contrast) == (preset == "paper")
     assert made.n_pixels == plain.n_pixels
 
 
@@ -152,6 +157,7 @@ def test_whole_numbers_do_for_fractions(write) -> None:
         ("[forest]\nn_trees = 'many'", "`forest.n_trees` is 'many'", "expected int"),
         ("[forest]\nn_trees = 7.5", "`forest.n_trees` is 7.5", "expected int"),
         ("[forest]\nn_trees = true", "`forest.n_trees` is True", "expected int"),
+        ("[learner]\ncontrast = 1", "`learner.contrast` is 1", "expected bool"),
         ("[forest]\nshare = '70%'", "`forest.share` is '70%'", "expected float"),
         ("[forest]\nvote = 'loud'", "`forest.vote` is 'loud'", "use one of 'hard', 'soft'"),
         ("[forest]\nvote = 1", "`forest.vote` is 1", "use one of 'hard', 'soft'"),
@@ -201,8 +207,11 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
     other: dict[str, Any] = {
         "rows_per": "superpixel",
         "colour_space": "lab",
+        "contrast": True,
         "n_superpixels": 333,
         "n_pixels": 77,
+        "blind_share": 0.1,
+        "follow_edges": True,
         "threshold": 0.4,
         "n_trees": 5,
         "n_regrown": 2,
@@ -217,7 +226,8 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
     def state(config: Config) -> tuple[object, ...]:
         learner = make_learner(config, None, np.random.default_rng(0))
         features = learner._feature_definition()
-        return learner.n_pixels, learner.threshold, features, learner.forest.settings()
+        options = (learner.n_pixels, learner.blind_share, learner.follow_edges, learner.threshold)
+        return options, features, learner.forest.settings()
 
     config = Config()
     for entry in fields(getattr(config, section)):

@@ -15,7 +15,7 @@ from hypothesis.extra import numpy as arrays
 from curiosight.features import N_FEATURES, RowsPer
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Label
-from curiosight.learner import Description, SaliencyLearner, fit_labels
+from curiosight.learner import Description, SaliencyLearner, fit_labels, follow_edges
 from curiosight.metrics import f1_error
 from curiosight.segmentation import Segmentation, Teacher
 from pictures import RED, RedThings, make_learner, picture, taught
@@ -49,6 +49,38 @@ def test_what_it_learns_it_finds_again(rows_per: RowsPer) -> None:
     frame = picture(9)
     labels = RedThings().segment(frame).labels
     assert f1_error(labels, learner.saliency(frame.rgb)) < 0.1
+
+
+class Brighter:
+    """Takes for salient what is much lighter than most of the image."""
+
+    def segment(self, frame: Frame) -> Segmentation:
+        red = frame.rgb[..., 0].astype(int)
+        is_lighter = red > np.median(red) + 25
+        return Segmentation.of_labels(np.where(is_lighter, 255, 0).astype(np.uint8))
+
+
+def grey_picture(ground: int, seed: int) -> Frame:
+    """Paint lighter rectangles on a grey, slightly noisy ground."""
+    rng = np.random.default_rng(seed)
+    rgb = np.full((240, 320, 3), ground, np.uint8)
+    for v, u in rng.integers(0, [200, 270], (3, 2)):
+        rgb[v : v + 40, u : u + 50] = ground + 50
+    return Frame(str(seed), rgb + rng.integers(0, 12, rgb.shape).astype(np.uint8))
+
+
+@ROWS_PER
+@pytest.mark.parametrize("contrast", [False, True])
+def test_contrast_is_found_again_at_a_brightness_never_seen(
+    rows_per: RowsPer, contrast: bool
+) -> None:
+    learner = make_learner(rows_per=rows_per, contrast=contrast)
+    learner.teacher = Brighter()
+    for seed, ground in enumerate((20, 60, 100, 120, 150, 190)):
+        learner.observe(grey_picture(ground, seed))
+    frame = grey_picture(80, 80)
+    error = f1_error(Brighter().segment(frame).labels, learner.saliency(frame.rgb))
+    assert error < 0.1 if contrast else error > 0.5
 
 
 @ROWS_PER
@@ -220,6 +252,10 @@ def test_a_mirror_image_has_nearly_the_mirrored_map() -> None:
         ({"n_pixels": 0}, "n_pixels: expected 1 or more, got 0"),
         ({"n_superpixels": 0}, "n_superpixels: expected 1 or more, got 0"),
         ({"forest": Forest(n_features=3)}, "forest: expected 39 features, got 3"),
+        (
+            {"forest": Forest(n_features=39), "contrast": True},
+            "forest: expected 54 features, got 39",
+        ),
     ],
 )
 def test_bad_settings_are_named(options, complaint: str) -> None:
@@ -246,3 +282,31 @@ def test_labels_of_another_shape_or_kind_are_refused(labels) -> None:
     learner.teacher = Says(labels)
     with pytest.raises(ValueError, match=r"labels: expected \(240, 320\) uint8, got"):
         learner.observe(picture())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_where_depth_is_blind_a_share_is_taken_for_not_salient(share: float) -> None:
+    learner = SaliencyLearner(rows_per="pixel", n_pixels=100, blind_share=share)
+    description = learner.describe(np.random.default_rng(0).integers(0, 255, (240, 320, 3), "u1"))
+    labels = np.full(description.row_of_pixel.shape, Label.UNAVAILABLE, np.uint8)
+    labels[:100] = Label.SALIENT
+    rows, is_salient = learner.sample(description, labels)
+    assert len(rows) == 100
+    assert np.count_nonzero(~is_salient) == 100 * share
+    labels[:100] = Label.UNKNOWN
+    assert len(learner.sample(description, labels)[0]) == 0  # nothing is known of this frame
+
+
+def test_maps_that_follow_edges_are_even_inside_and_sharp_between() -> None:
+    rng = np.random.default_rng(0)
+    rgb = np.full((60, 80, 3), 50, np.uint8)
+    rgb[:, 40:] = 200
+    noisy = np.where(np.arange(80) < 40, 0.2, 0.8) + rng.normal(0, 0.1, (60, 80))
+    followed = follow_edges(noisy.astype(np.float32), rgb)
+    assert followed.dtype == np.float32
+    left, right = followed[:, :39], followed[:, 41:]
+    assert left.std() < 0.03
+    assert right.mean() - left.mean() == pytest.approx(0.6, abs=0.03)
+    assert followed[:, 38].mean() < 0.3 < 0.7 < followed[:, 41].mean()
+    assert followed.min() >= 0
+    assert followed.max() <= 1

@@ -27,13 +27,14 @@ def test_the_same_seed_gives_the_same_bytes(rows_per: RowsPer, tmp_path: Path) -
 
 
 def test_a_saved_model_comes_back_whole_and_goes_on_learning(tmp_path: Path) -> None:
-    learner = taught(colour_space="lab", n_pixels=90, n_superpixels=300)
+    learner = taught(colour_space="lab", contrast=True, n_pixels=90, n_superpixels=300)
     learner.notes["source"] = "pictures"
     learner.save(tmp_path / "model.npz")
     loaded = SaliencyLearner.load(tmp_path / "model.npz", RedThings(), seed=1, n_threads=2)
     assert np.array_equal(loaded.saliency(picture(8).rgb), learner.saliency(picture(8).rgb))
     assert np.array_equal(loaded.forest.rows, learner.forest.rows)
     assert (loaded.rows_per, loaded.colour_space) == ("superpixel", "lab")
+    assert loaded.contrast
     assert len(loaded.observe(picture(3)).regrown) == 4
     assert loaded.forest.n_samples == 4 * 90
 
@@ -64,6 +65,12 @@ def spoil(path: Path, how: str) -> None:
     elif how == "other number of features":
         header["forest"]["n_features"] = header["forest"]["n_split_features"] = 3
         write_archive(path, KIND, header, Forest(n_features=3).state_arrays())
+    elif how == "more features":
+        header["features"]["contrast"] = True
+        write_archive(path, KIND, header, arrays)
+    elif how == "features not said":
+        del header["features"]["contrast"]
+        write_archive(path, KIND, header, arrays)
     elif how == "unknown rows":
         header["features"]["rows_per"] = "line"
         write_archive(path, KIND, header, arrays)
@@ -84,6 +91,8 @@ def spoil(path: Path, how: str) -> None:
         ("other kind", "kind 'picture book'"),
         ("other features", "was made with other features"),
         ("other number of features", "forest: expected 39 features, got 3"),
+        ("more features", "forest: expected 54 features, got 39"),
+        ("features not said", r"holds no usable model \('contrast'\)"),
         ("unknown rows", "rows_per: expected 'pixel' or 'superpixel', got 'line'"),
         ("no forest", "holds no usable model"),
         ("no trees", "tree_sizes: expected"),

@@ -37,6 +37,8 @@ class LearnerConfig:
     """What an image is described by, and how much of a frame is learned (sec. II-A.1, 3).
 
     contrast: 15 features more, of how superpixels differ from their surroundings.
+    blind_share: of the pixels, taken from where depth says nothing, as not salient.
+    follow_edges: maps follow the image's edges.
     """
 
     rows_per: RowsPer = "pixel"
@@ -44,6 +46,8 @@ class LearnerConfig:
     contrast: bool = False
     n_superpixels: int = 600
     n_pixels: int = 700
+    blind_share: float = 0.0
+    follow_edges: bool = False
     threshold: float = 0.5
 
 
@@ -134,8 +138,8 @@ class Config:
         """Return the settings of a preset.
 
         `paper` is the paper's method to the letter. `default` describes superpixels instead of
-        pixels, in Lab and with their contrast, and grows deeper, more varied trees that answer in shares: measured to
-        be faster and better (`benchmarks/`).
+        pixels, in Lab and with their contrast, and grows deeper, more varied trees that answer
+        in shares: measured to be faster and better (`benchmarks/`).
         """
         if preset == "paper":
             return cls()
@@ -143,7 +147,13 @@ class Config:
             raise ValueError(f"preset: expected {' or '.join(PRESETS)}, got {preset!r}")
         return cls(
             preset="default",
-            learner=LearnerConfig(rows_per="superpixel", colour_space="lab", contrast=True),
+            learner=LearnerConfig(
+                rows_per="superpixel",
+                colour_space="lab",
+                contrast=True,
+                blind_share=0.04,
+                follow_edges=True,
+            ),
             forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
         )
 
@@ -240,7 +250,8 @@ def _checked(value: Any, kind: Any, path: Path, name: str) -> Any:
         return value
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    if not isinstance(value, kind) or isinstance(value, bool):
+    # A bool is an int to Python; here it is none.
+    if not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
         raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
     return value
 
@@ -258,7 +269,9 @@ def _toml_section(name: str, section: Any) -> list[str]:
 
 
 def _toml_value(value: str | int | float) -> str:
-    """Write a scalar; JSON quotes text as TOML does, but for the one character DEL."""
+    """Write a scalar; JSON writes text and truth as TOML does, but for the character DEL."""
+    if isinstance(value, bool):
+        return json.dumps(value)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return repr(value)

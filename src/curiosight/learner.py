@@ -13,17 +13,13 @@ import numpy.typing as npt
 from curiosight.archive import read_archive, write_archive
 from curiosight.errors import DataError
 from curiosight.features import (
-    N_CONTRAST,
-    N_FEATURES,
     ColourSpace,
     RowOfPixel,
     Rows,
     RowsPer,
     SeedsSegmenter,
-    describe_contrast,
-    describe_pixels,
-    describe_superpixels,
-    join_contrast,
+    count_features,
+    describe,
     shrink,
     to_colour_space,
 )
@@ -35,6 +31,8 @@ from curiosight.segmentation import Segmentation
 Saliency = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint8]
 KIND = "saliency model"
+# Of the guided filter: pixels of the shrunken image, and grey levels that count as an edge.
+EDGE_RADIUS, EDGE_CONTRAST = 8, 8.0
 
 
 class Teaches(Protocol):
@@ -100,6 +98,10 @@ class SaliencyLearner:
     contrast: describe superpixels also by how they differ from their surroundings. The paper
         does not.
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
+    blind_share: of these, drawn where depth has no reading in range, and taken for not salient:
+        windows and screens, which depth never shows, are learned so. The paper uses none.
+    follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
+        do not.
     threshold: a pixel that scores above it is predicted salient, for the error.
     """
 
@@ -112,6 +114,8 @@ class SaliencyLearner:
         colour_space: ColourSpace = "rgb",
         contrast: bool = False,
         n_pixels: int = 700,
+        blind_share: float = 0.0,
+        follow_edges: bool = False,
         n_superpixels: int = 600,
         threshold: float = 0.5,
         seed: int | np.random.Generator = 0,
@@ -122,11 +126,13 @@ class SaliencyLearner:
             raise ValueError(f"colour_space: expected 'rgb' or 'lab', got {colour_space!r}")
         if n_pixels < 1:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
+        if not 0 <= blind_share < 1:
+            raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
         if n_superpixels < 1:
             raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
         if not 0 <= threshold < 1:
             raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
-        n_features = count_features(contrast)
+        n_features = count_features(contrast=contrast)
         if forest is not None and forest.n_features != n_features:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
@@ -136,6 +142,8 @@ class SaliencyLearner:
         self.colour_space = colour_space
         self.contrast = contrast
         self.n_pixels = n_pixels
+        self.blind_share = blind_share
+        self.follow_edges = follow_edges
         self.n_superpixels = n_superpixels
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
@@ -158,6 +166,8 @@ class SaliencyLearner:
         """Return the (H, W) float32 saliency in [0, 1] of an (H, W, 3) RGB image."""
         description = self.describe(rgb)
         small = self.predict(description)[description.row_of_pixel]
+        if self.follow_edges:
+            small = follow_edges(small, shrink(rgb))
         height, width = rgb.shape[:2]
         enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
         return enlarged
@@ -167,14 +177,10 @@ class SaliencyLearner:
         if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
             raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
         small = shrink(rgb)
-        superpixels = self._cut(small)
         coloured = to_colour_space(small, self.colour_space)
-        describe = describe_pixels if self.rows_per == "pixel" else describe_superpixels
-        rows, row_of_pixel = describe(coloured, superpixels)
-        if self.contrast:
-            contrast = describe_contrast(coloured, superpixels)
-            rows = join_contrast(rows, row_of_pixel, contrast, superpixels)
-        return Description(rows, row_of_pixel)
+        return Description(
+            *describe(coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast)
+        )
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return what the teacher says of a frame (sec. II-A.2)."""
@@ -202,14 +208,23 @@ class SaliencyLearner:
     ) -> tuple[Rows, npt.NDArray[np.bool_]]:
         """Draw the rows (n, F) of labelled pixels and whether each is salient.
 
+        Those of `blind_share` are among them, as not salient.
+
         n_pixels: how many; None = as many as a frame teaches on-line.
         """
         flat = labels.ravel()
         known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
         n_drawn = min(n_pixels or self.n_pixels, len(known))
-        drawn = self.rng.choice(known, n_drawn, replace=False) if n_drawn else known
+        drawn = self._draw(known, n_drawn)
+        if self.blind_share:
+            blind = np.flatnonzero(flat == Label.UNAVAILABLE)
+            n_blind = min(round(self.blind_share * n_drawn), len(blind))
+            drawn = np.concatenate([drawn[n_blind:], self._draw(blind, n_blind)])
         rows = description.rows[description.row_of_pixel.ravel()[drawn]]
         return rows, flat[drawn] == Label.SALIENT
+
+    def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
+        return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
 
     def save(self, path: Path | str) -> None:
         """Write the model with its samples, so that learning can go on.
@@ -220,6 +235,8 @@ class SaliencyLearner:
         header = {
             "features": self._feature_definition(),
             "n_pixels": self.n_pixels,
+            "blind_share": self.blind_share,
+            "follow_edges": self.follow_edges,
             "threshold": self.threshold,
             "forest": self.forest.settings(),
             "notes": self.notes,
@@ -252,6 +269,8 @@ class SaliencyLearner:
                 colour_space=features["colour_space"],
                 contrast=features["contrast"],
                 n_pixels=header["n_pixels"],
+                blind_share=header["blind_share"],
+                follow_edges=header["follow_edges"],
                 threshold=header["threshold"],
                 n_superpixels=features["n_superpixels"],
                 seed=rng,
@@ -274,9 +293,11 @@ class SaliencyLearner:
         }
 
 
-def count_features(contrast: bool) -> int:
-    """Return how many features a row has: 39, or 54 with contrast."""
-    return N_FEATURES + N_CONTRAST if contrast else N_FEATURES
+def follow_edges(saliency: Saliency, rgb: Rgb) -> Saliency:
+    """Smooth a map where its (h, w, 3) image is even, and keep it sharp where that has an edge."""
+    smooth = cv2.ximgproc.guidedFilter(rgb, saliency, EDGE_RADIUS, EDGE_CONTRAST**2)
+    clipped: Saliency = np.clip(smooth, 0, 1)
+    return clipped
 
 
 def fit_labels(labels: Labels, description: Description) -> Labels:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +15,17 @@ Saliency = npt.NDArray[np.float32]
 
 def fine_grained(rgb: Rgb) -> Saliency:
     """Return the fine-grained saliency of Montabone and Soto (2010), (H, W) in [0, 1]."""
-    return _compute(cv2.saliency.StaticSaliencyFineGrained_create(), rgb)
+    return _compute(cv2.saliency.StaticSaliencyFineGrained.create(), rgb)
 
 
 def spectral_residual(rgb: Rgb) -> Saliency:
     """Return the spectral residual of Hou and Zhang (2007), (H, W) in [0, 1]."""
-    return _compute(cv2.saliency.StaticSaliencySpectralResidual_create(), rgb)
+    return _compute(cv2.saliency.StaticSaliencySpectralResidual.create(), rgb)
 
 
-def _compute(method: cv2.saliency.StaticSaliency, rgb: Rgb) -> Saliency:
+def _compute(method: Any, rgb: Rgb) -> Saliency:
     is_done, saliency = method.computeSaliency(cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
     if not is_done:
         raise ValueError(f"rgb: expected an image that OpenCV can work on, got {rgb.shape}")
-    return np.clip(saliency, 0, 1).astype(np.float32)
+    clipped: Saliency = np.clip(saliency, 0, 1).astype(np.float32)
+    return clipped

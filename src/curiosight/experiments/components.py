@@ -12,9 +12,10 @@ from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
+from curiosight.features import count_features
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
-from curiosight.learner import SaliencyLearner, Teaches, count_features
+from curiosight.learner import SaliencyLearner, Teaches
 from curiosight.segmentation import Survey, Teacher, survey_recording
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
@@ -75,7 +76,7 @@ def make_learner(
     settings = config.forest
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
-        n_features=count_features(config.learner.contrast),
+        n_features=count_features(contrast=config.learner.contrast),
         n_trees=settings.n_trees,
         n_regrown=settings.n_regrown,
         share=settings.share,
@@ -94,6 +95,8 @@ def make_learner(
         colour_space=config.learner.colour_space,
         contrast=config.learner.contrast,
         n_pixels=config.learner.n_pixels,
+        blind_share=config.learner.blind_share,
+        follow_edges=config.learner.follow_edges,
         n_superpixels=config.learner.n_superpixels,
         threshold=config.learner.threshold,
         seed=rng,
@@ -116,6 +119,8 @@ def load_learner(
             contrast=learner.contrast,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
+            blind_share=learner.blind_share,
+            follow_edges=learner.follow_edges,
             threshold=learner.threshold,
         ),
         ForestConfig(

@@ -8,7 +8,8 @@ from curiosight.features.colour import (
     describe_pixels,
     describe_superpixels,
 )
-from curiosight.features.contrast import N_CONTRAST, describe_contrast, join_contrast
+from curiosight.features.contrast import N_CONTRAST, describe_contrast
+from curiosight.features.rows import count_features, describe
 from curiosight.features.superpixels import (
     ColourSpace,
     SeedsSegmenter,
@@ -26,10 +27,11 @@ __all__ = [
     "RowsPer",
     "SeedsSegmenter",
     "Superpixels",
+    "count_features",
+    "describe",
     "describe_contrast",
     "describe_pixels",
     "describe_superpixels",
-    "join_contrast",
     "shrink",
     "to_colour_space",
 ]

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from numba import njit
 from scipy.ndimage import map_coordinates
 
-from curiosight.features.colour import RowOfPixel, Rows
+from curiosight.features.colour import Rows
 from curiosight.features.superpixels import Superpixels
 from curiosight.frame import Rgb
 
@@ -47,18 +47,6 @@ def describe_contrast(image: Rgb, superpixels: Superpixels) -> Rows:
     return rows
 
 
-def join_contrast(
-    rows: Rows, row_of_pixel: RowOfPixel, contrast: Rows, superpixels: Superpixels
-) -> Rows:
-    """Put the contrast of its superpixel behind each row: (n, 39 + 15) uint8.
-
-    All pixels of a row lie in the same superpixel; a row without pixels gets the first one's.
-    """
-    superpixel_of_row = np.zeros(len(rows), np.int32)
-    superpixel_of_row[row_of_pixel.ravel()] = superpixels.ravel()
-    return np.concatenate([rows, contrast[superpixel_of_row]], axis=1)
-
-
 def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
     """Return the (n, 3) smoothed colours at (n, 2) pixels (u, v), one array per level."""
     colours = []
@@ -79,7 +67,10 @@ def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
 
 @njit(cache=True, nogil=True)
 def _sums(image: Array, superpixels: Array, n_superpixels: int) -> tuple[Array, ...]:
-    """Sum over each superpixel: int64 pixels (n,), colours and their squares (n, 3), u, v (n, 2)."""
+    """Sum over the pixels of each superpixel, exactly.
+
+    Return int64 counts (n,), colours and their squares (n, 3), and places u, v (n, 2).
+    """
     counts = np.zeros(n_superpixels, np.int64)
     colours = np.zeros((n_superpixels, 3), np.int64)
     squares = np.zeros((n_superpixels, 3), np.int64)

@@ -157,6 +157,8 @@ def _judge(
         return Verdict.CUT
     if around.upholstery.ravel()[members].mean() > 0.03:
         return Verdict.FURNITURE
+    if not support.is_table and _is_leg(members, around):
+        return Verdict.FURNITURE
     if diagonal < limits.min_size:
         return Verdict.SMALL
     if diagonal > limits.max_size or np.hypot(*cluster.size[:2]) > limits.max_width:
@@ -184,6 +186,18 @@ def _is_part_of(wall: Wall, members: Array, around: Surroundings, support: Suppo
         if not support.is_table and np.percentile(away, 95) < 2 * around.settings.wall_gap:
             return True
     return _turns_corner(points, members, wall)
+
+
+def _is_leg(members: Array, around: Surroundings) -> bool:
+    """Tell whether something close to a table ends just below its top."""
+    points = around.points
+    xyz = points.xyz.reshape(-1, 3)[members]
+    for table in around.supports:
+        if table.skirt is not None and np.mean(table.skirt.ravel()[members]) > 0.7:
+            top = float(np.percentile(table.plane.distance(xyz), 98))
+            if table.is_seat or -0.5 < top < 0.05:
+                return True
+    return False
 
 
 def _turns_corner(points: Points, members: Array, wall: Plane, *, reach: int = 6) -> bool:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from curiosight.segmentation.planes import Mask, Plane, find_supports, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
-from curiosight.segmentation.tables import MIN_TABLE_AREA, MIN_TABLE_DIAGONAL, SAME_HEIGHT
+from curiosight.segmentation.tables import MARGIN, MIN_TABLE_AREA, MIN_TABLE_DIAGONAL, SAME_HEIGHT
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
@@ -27,12 +27,16 @@ class Support:
     """A plane that objects stand on, with the thresholds for what stands on it.
 
     extent: (h, w) bool, what is straight above or below a table; None for a floor.
+    sure: (h, w) bool, the part of the extent that is not just beside the table.
+    skirt: (h, w) bool, what is close to a known table, seen from above; None = not known.
     is_seat: a sofa or a bed, see `Table`.
     """
 
     plane: Plane
     settings: SupportSettings
     extent: Mask | None = None
+    sure: Mask | None = None
+    skirt: Mask | None = None
     is_seat: bool = False
 
     @property
@@ -48,11 +52,11 @@ class Support:
 class KnownTable:
     """A table of the recording, as a frame's camera has it.
 
-    offset: metres that it lies below the camera. extent: (h, w) bool, see `Support`.
+    offset: metres that it lies below the camera. inset: (h, w) metres, see `Table.inset`.
     """
 
     offset: float
-    extent: Mask
+    inset: Array
     is_seat: bool = False
 
 
@@ -85,7 +89,7 @@ def choose_supports(
     known = [
         _known_support(points, up, planes, table, settings)
         for table in known_tables
-        if table.extent.any()
+        if (table.inset > -MARGIN).any()
     ]
     is_known = np.any([support.extent for support in known], axis=0) if known else np.False_
     new = [
@@ -105,34 +109,48 @@ def _known_support(
     table: KnownTable,
     settings: SegmentationSettings,
 ) -> Support:
-    """Return a known table as this frame shows it, and more of it where the frame does."""
-    plane = _plane_at(points, up, planes, table.offset, settings.noise, table.extent)
-    extent = table.extent
+    """Return a known table as this frame shows it.
+
+    Where the frame shows its top, the outline there is sharper than the map's.
+    """
+    extent = table.inset > -MARGIN
+    plane = _plane_at(points, up, planes, table.offset, settings.noise, extent)
     seen = above_footprint(points, plane)
+    sure = table.inset > 0.25
     if np.count_nonzero(plane.inliers & extent & seen) >= 50:
-        extent = extent | seen
-    return Support(plane, settings.table, extent, table.is_seat)
+        extent, sure = extent | seen, sure | seen
+    beside = 0.25 if table.is_seat else 0.15
+    return Support(plane, settings.table, extent, sure, table.inset > -beside, table.is_seat)
 
 
 def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
     return Support(plane, settings.table, above_footprint(points, plane))
 
 
-def settle(free: Mask, extent: Mask, depth: Array, noise: float) -> Mask:
-    """(h, w) bool: the part of `extent` without what only leans into it, such as a chair.
+def settle(free: Mask, support: Support, points: Points, noise: float) -> Mask:
+    """(h, w) bool: a table's extent without what only leans over its edge, such as a chair.
 
-    Free points that follow each other without a step in depth are one body; it belongs to the
-    table where most of it is.
+    Free points that follow each other without a step in depth are one body. It is beside the
+    table where most of it is, or where it goes on below the top and hardly reaches inside.
     """
+    assert support.extent is not None
+    depth, heights = points.depth, support.heights(points)
     smooth = free.copy()
     step = 0.02 + 2 * noise * depth**2
     smooth[:, 1:] &= np.abs(depth[:, 1:] - depth[:, :-1]) < step[:, 1:]
     smooth[1:] &= np.abs(depth[1:] - depth[:-1]) < step[1:]
     n_bodies, body = cv2.connectedComponents(smooth.astype(np.uint8), connectivity=4)
-    n_inside = np.bincount(body[extent], minlength=n_bodies)
-    is_outside = n_inside < 0.5 * np.bincount(body.ravel(), minlength=n_bodies)
-    is_outside[0] = False
-    settled: Mask = extent & ~is_outside[body]
+    size = np.bincount(body.ravel(), minlength=n_bodies)
+
+    def share(where: Mask) -> Array:
+        return np.bincount(body[where], minlength=n_bodies) / np.maximum(size, 1)
+
+    is_beside = share(support.extent) < 0.5
+    if support.sure is not None:
+        leans = (share(heights > 0.05) > 0.1) & (share(heights < -0.05) > 0.1)
+        is_beside |= leans & (share(support.sure) < 0.3)
+    is_beside[0] = False
+    settled: Mask = support.extent & ~is_beside[body]
     return settled
 
 
@@ -164,11 +182,11 @@ def _height(points: Points, plane: Plane, up: Array) -> float:
 
 
 def _is_large(points: Points, plane: Plane, up: Array) -> bool:
-    right, forward = horizontal_axes(up)
+    if _area(points, plane) < MIN_TABLE_AREA:
+        return False
     xyz = points.xyz[plane.inliers]
-    extent = [np.ptp(np.percentile(xyz @ axis, (2, 98))) for axis in (right, forward)]
-    is_wide = float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
-    return is_wide and _area(points, plane) >= MIN_TABLE_AREA
+    extent = [np.ptp(np.percentile(xyz @ axis, (2, 98))) for axis in horizontal_axes(up)]
+    return float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
 
 
 def _plane_at(

@@ -14,7 +14,7 @@ from curiosight.segmentation.planes import Plane, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import PLANE_BAND, Scene, find_planes, share_below
-from curiosight.segmentation.tables import Table, is_seat, level_surface, map_tables
+from curiosight.segmentation.tables import MARGIN, Table, is_seat, level_surface, map_tables
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
 from curiosight.segmentation.walls import Wall, find_walls, join_walls
 
@@ -140,12 +140,15 @@ def _walls(
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
         height = points.xyz @ (rotation.T @ up).astype(np.float32) + float(up @ centre) - floor
         free = (points.depth < settings.max_range) & (height > 0.05)
+        over_tables = np.zeros(free.shape, np.bool_)
         for table in tables:
-            free &= ~(table.covers(points.xyz, T_world_camera) & (height > table.height - 0.02))
+            is_there = table.inset(points.xyz, T_world_camera) > -MARGIN
+            over_tables |= is_there & (height > table.height)
         walls = find_walls(
             points,
             rotation.T @ up,
             free=free,
+            over_tables=over_tables,
             band=noise_band(points, PLANE_BAND, settings.noise),
             border=np.zeros(height.shape, np.bool_),
             min_diagonal=settings.min_wall_diagonal,

@@ -29,6 +29,8 @@ MAX_TABLE_HEIGHT = 1.3
 MAX_SEAT_HEIGHT = 0.62
 MIN_BED_AREA = 1.5
 MIN_ENCLOSED_SHARE = 0.35
+# What is this close to a table's outline (metres) belongs to it.
+MARGIN = 0.05
 # Layers of the map: metres of height.
 LAYER = 0.02
 MAX_LEVEL_ANGLE = np.radians(20)
@@ -54,25 +56,27 @@ class Table:
     extent: npt.NDArray[np.uint8]
     is_seat: bool = False
 
-    def covers(self, xyz: Array, T_world_camera: Pose, *, margin: float = 0.05) -> Mask:
-        """(...) bool: which (..., 3) points of the camera are straight above or below it."""
+    def inset(self, xyz: Array, T_world_camera: Pose) -> Array:
+        """(...) metres that (..., 3) points of the camera lie inside the outline, from above.
+
+        Negative outside; -inf far from the table and where a point has no reading.
+        """
         axes = T_world_camera[:3, :3].T @ self.axes
         corner = self.low - T_world_camera[:3, 3] @ self.axes
-        reached = cv2.dilate(self.extent, _disc(margin))
-        return look_up(reached, (xyz @ axes.astype(xyz.dtype) - corner) / CELL)
+        place = (xyz @ axes.astype(xyz.dtype) - corner.astype(xyz.dtype)) / xyz.dtype.type(CELL)
+        return self._inset_of(place)
 
-
-def look_up(cells: Array, place: Array) -> Mask:
-    """(...) bool: whether the cell around each (..., 2) place (column, row) is set.
-
-    Places outside, and those that are NaN, are not.
-    """
-    rows, columns = cells.shape
-    column, row = place[..., 0], place[..., 1]
-    is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-    found = np.zeros(is_inside.shape, np.bool_)
-    found[is_inside] = cells[row[is_inside].astype(np.int64), column[is_inside].astype(np.int64)]
-    return found
+    def _inset_of(self, place: Array) -> Array:
+        """(...) as `inset`, of (..., 2) places: column, row."""
+        inner = cv2.distanceTransform(self.extent, cv2.DIST_L2, cv2.DIST_MASK_5)
+        outer = cv2.distanceTransform(1 - self.extent, cv2.DIST_L2, cv2.DIST_MASK_5)
+        rows, columns = self.extent.shape
+        column, row = place[..., 0], place[..., 1]
+        is_on_map = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        found = np.full(is_on_map.shape, -np.inf, np.float32)
+        column, row = column[is_on_map].astype(np.int64), row[is_on_map].astype(np.int64)
+        found[is_on_map] = (inner - outer)[row, column] * CELL
+        return found
 
 
 def level_surface(points: Points, up: Array, noise: float) -> Array:
@@ -82,7 +86,8 @@ def level_surface(points: Points, up: Array, noise: float) -> Array:
     normals, two rows are so far apart that their heights tell. Between rows points are added.
     """
     up = up.astype(np.float32)
-    is_level = points.normals @ up > np.cos(MAX_LEVEL_ANGLE)
+    # A low camera sees tables from below.
+    is_level = np.abs(points.normals @ up) > np.cos(MAX_LEVEL_ANGLE)
     is_unknown = np.isnan(points.normals[..., 0])
     near, far = points.xyz[1:], points.xyz[:-1]
     rise = (far - near) @ up
@@ -120,9 +125,8 @@ def map_tables(places: Array, heights: Array, axes: Array) -> list[Table]:
 
 def _carries(lower: Table, upper: Table, *, min_share: float = 0.5) -> bool:
     """Tell whether one table is on the other: then it is the tops of what stands there."""
-    cells = np.argwhere(upper.extent)[:, ::-1]
-    places = (cells + 0.5) * CELL + upper.low
-    return float(np.mean(look_up(lower.extent, (places - lower.low) / CELL))) > min_share
+    cells = np.argwhere(upper.extent)[:, ::-1] + 0.5 + (upper.low - lower.low) / CELL
+    return float(np.mean(lower._inset_of(cells) > 0)) > min_share
 
 
 def _tables_at(places: Array, heights: Array, axes: Array, *, border: float = 0.5) -> list[Table]:
@@ -134,7 +138,7 @@ def _tables_at(places: Array, heights: Array, axes: Array, *, border: float = 0.
     seen[row, column] = 1
     seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(CELL)).astype(np.uint8)
     # Narrow strips are edges of something else, such as the back of a chair.
-    seen = cv2.morphologyEx(seen, cv2.MORPH_OPEN, _disc(0.08)).astype(np.uint8)
+    seen = cv2.morphologyEx(seen, cv2.MORPH_OPEN, _disc(CELL)).astype(np.uint8)
     seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, _disc(0.12)).astype(np.uint8)
     n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(seen)
     found = []
@@ -161,13 +165,25 @@ def _disc(radius: float) -> npt.NDArray[np.uint8]:
 
 
 def is_seat(table: Table, places: Array, heights: Array) -> bool:
-    """Tell a sofa or a bed: low, and wide or with a back and arms.
+    """Tell a sofa or a bed: low, and wide or with a back and arms; or a full shelf.
 
     places, heights: what the frames saw, as for `map_tables`, whatever it faces.
     """
+    if _filled_share(table, places, heights) > 0.5:
+        return True
     if table.height > MAX_SEAT_HEIGHT:
         return False
     return table.area > MIN_BED_AREA or _is_enclosed(table, places, heights)
+
+
+def _filled_share(table: Table, places: Array, heights: Array) -> float:
+    over = (heights > table.height + 0.05) & (heights < table.height + 0.45)
+    column, row = np.floor((places[over] - table.low) / CELL).astype(np.int64).T
+    rows, columns = table.extent.shape
+    is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    filled = np.zeros(table.extent.shape, np.bool_)
+    filled[row[is_inside], column[is_inside]] = True
+    return float(np.mean(filled[table.extent > 0]))
 
 
 def _is_enclosed(table: Table, places: Array, heights: Array, *, ring: float = 0.14) -> bool:

@@ -130,7 +130,7 @@ class Teacher:
         if camera_height is None:
             return []
         return [
-            KnownTable(camera_height - t.height, t.covers(points.xyz, pose), t.is_seat)
+            KnownTable(camera_height - t.height, t.inset(points.xyz, pose), t.is_seat)
             for t in self.survey.tables
         ]
 
@@ -161,13 +161,13 @@ def _label(
     is_support = in_range & _on_supports(points, supports, settings.noise)
     border = border_mask(camera, points.stride, settings.border_px)
     band = noise_band(points, PLANE_BAND, settings.noise)
-    # What stands on a cupboard, in the plane of its front, is no part of the front.
-    free = in_range & ~is_support & ~_over_tables(points, supports)
+    free = in_range & ~is_support
     walls = known_walls(points, known, free=free, band=band)
     walls += find_walls(
         points,
         up,
         free=free & ~_on_walls(points, walls, settings.noise),
+        over_tables=_over_tables(points, supports),
         band=band,
         border=border,
         min_diagonal=settings.min_wall_diagonal,
@@ -244,9 +244,10 @@ def _cluster_all(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
         if support.is_seat:
             continue
         if support.extent is not None:
-            extent = settle(free, support.extent, points.depth, around.settings.noise)
+            extent = settle(free, support, points, around.settings.noise)
             on_table = over & extent
-            free &= ~(extent & (heights > -1.2))
+            under = extent if support.sure is None else extent & (support.sure | (heights > -slab))
+            free &= ~(under & (heights > -1.2))
             if support is lowest:
                 on_table = over & (extent | free)
             over = on_table

@@ -20,6 +20,8 @@ Array = npt.NDArray[Any]
 SECTOR = np.radians(3.0)
 N_SECTORS = 120
 ROW = 0.05
+# Pieces of one wall are no farther apart, metres.
+MAX_GAP = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +69,7 @@ def known_walls(points: Points, walls: Iterable[Wall], *, free: Mask, band: Arra
     return found
 
 
-def join_walls(walls: Iterable[Wall], *, max_gap: float = 0.5) -> tuple[Wall, ...]:
+def join_walls(walls: Iterable[Wall], *, max_gap: float = MAX_GAP) -> tuple[Wall, ...]:
     """Return the walls of a recording from what its frames saw of them, in the world's frame.
 
     max_gap: metres between pieces of one wall.
@@ -94,6 +96,7 @@ def find_walls(
     up: Array,
     *,
     free: Mask,
+    over_tables: Mask,
     band: Array,
     border: Mask,
     max_cosine: float = 0.3,
@@ -105,12 +108,15 @@ def find_walls(
     """Find the vertical planes whose visible part has a diagonal of at least `min_diagonal`.
 
     free: (h, w) bool, the points that may belong to a wall.
+    over_tables: (h, w) bool: what stands on a cupboard, in the plane of its front, is no part
+        of the front.
     border: (h, w) bool; what touches it needs no more than `min_cut_diagonal`.
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
     vertical = free & (np.abs(points.normals @ up.astype(np.float32)) < max_cosine)
     xyz, normals, area = points.xyz[vertical], points.normals[vertical], points.area[vertical]
     thickness, is_border = band[vertical], border[vertical]
+    height, is_over_table = xyz @ up.astype(np.float32), over_tables[vertical]
     headings = _Headings(xyz, normals, up)
     is_free = np.ones(len(xyz), np.bool_)
     walls: list[Wall] = []
@@ -121,21 +127,50 @@ def find_walls(
         near = is_free & (np.abs(xyz @ normal.astype(np.float32) + distance) < 0.08 + thickness)
         near &= normals @ normal.astype(np.float32) > 0.85
         where = np.flatnonzero(near)
-        is_free[where] = False
         fit = fit_plane(xyz[where], thickness[where] + 0.02, normal, distance)
         if fit is None or abs(fit[0] @ up) > 0.15:
+            is_free[where] = False
             continue
         normal, distance, inliers = fit
+        along = np.cross(up, normal) / np.linalg.norm(np.cross(up, normal))
+        place = xyz @ along.astype(np.float32)
         where = where[inliers]
+        run = _longest_run(place[where], area[where])
+        where = where[(place[where] >= run[0]) & (place[where] <= run[1])]
+        where = where[_below_top(height[where], is_over_table[where])]
+        is_near = np.abs(xyz @ normal.astype(np.float32) + distance) < thickness + 0.03
+        is_free &= ~(is_near & (place >= run[0]) & (place <= run[1]))
         least = min_cut_diagonal if is_border[where].any() else min_diagonal
         if area[where].sum() < min_area or visible_diagonal(xyz[where], up, normal) < least:
             continue
-        along = np.cross(up, normal) / np.linalg.norm(np.cross(up, normal))
         axes = np.stack([along, up], axis=1)
         low, high = np.percentile(xyz[where] @ axes, (1, 99), axis=0)
         walls.append(Wall(normal, distance, scatter(where, vertical), axes, low, high))
-        is_free &= np.abs(xyz @ normal.astype(np.float32) + distance) > thickness + 0.03
     return walls
+
+
+def _below_top(height: Array, is_over_table: Array, *, margin: float = 0.05) -> Array:
+    """(n,) bool: points over a table only as high as the wall is elsewhere, if it is."""
+    rest = height[~is_over_table]
+    if len(rest) < 50:
+        return np.ones(len(height), np.bool_)
+    low_enough: Array = ~is_over_table | (height < np.percentile(rest, 98) + margin)
+    return low_enough
+
+
+def _longest_run(place: Array, area: Array, *, cell: float = 0.05) -> tuple[float, float]:
+    """Return the ends of the stretch without a gap of `MAX_GAP` that has the most area.
+
+    What stands in the plane of a wall somewhere else is no part of it.
+    """
+    low = float(place.min())
+    index = ((place - low) / cell).astype(np.int64)
+    filled = np.flatnonzero(np.bincount(index))
+    run_of_cell = np.zeros(filled[-1] + 1, np.int64)
+    run_of_cell[filled[1:]] = np.cumsum(np.diff(filled) * cell > MAX_GAP)
+    best = int(np.argmax(np.bincount(run_of_cell[index], area)))
+    chosen = place[run_of_cell[index] == best]
+    return float(chosen.min()), float(chosen.max())
 
 
 class _Headings:

@@ -105,8 +105,8 @@ class Arrangement:
         x_min, y_min, x_max, y_max = surface.box
         taken = self._on_surface[number]
         for _ in range(_N_TRIES):
-            place = rng.uniform((x_min, y_min), (x_max, y_max))
-            pose = standing(*place, 0.0, rng.uniform(-np.pi, np.pi))
+            x, y = rng.uniform((x_min, y_min), (x_max, y_max))
+            pose = standing(x, y, 0.0, rng.uniform(-np.pi, np.pi))
             box = _bounds(thing.mesh, pose)
             is_inside = (box[:2] > (x_min, y_min)).all() and (box[2:] < (x_max, y_max)).all()
             if is_inside and not _meets_any(_grown(box, _GAP_ON_TABLE), taken):
@@ -117,7 +117,8 @@ class Arrangement:
     def _put_on_floor(self, thing: Thing, rng: np.random.Generator) -> None:
         low, high = self._outline.min(0), self._outline.max(0)
         for _ in range(_N_TRIES):
-            pose = standing(*rng.uniform(low, high), 0.0, rng.uniform(-np.pi, np.pi))
+            x, y = rng.uniform(low, high)
+            pose = standing(x, y, 0.0, rng.uniform(-np.pi, np.pi))
             box = _bounds(thing.mesh, pose)
             around = _grown(box, _GAP_ON_FLOOR)
             taken = [*self._on_floor, *self._obstacles, *self._kept_free]
@@ -187,7 +188,7 @@ def _area(box: Box) -> float:
 
 
 def _grown(box: Box, by: float) -> Box:
-    return box + np.array([-by, -by, by, by])
+    return np.asarray(box + np.array([-by, -by, by, by]), np.float64)
 
 
 def _meets_any(box: Box, others: Sequence[Box]) -> bool:

@@ -39,7 +39,7 @@ def panel(
     start, right, up = (np.asarray(vector, np.float64) for vector in (origin, along, across))
     normal = np.cross(right, up)
     if not normal.any():
-        raise ValueError(f"along, across: expected two directions, got {along} and {across}")
+        raise ValueError(f"along, across: expected two directions, got {along!r} and {across!r}")
     width, height = float(np.linalg.norm(right)), float(np.linalg.norm(up))
     u, v = _steps(width, spacing), _steps(height, spacing)
     points = start + u[None, :, None] * right + v[:, None, None] * up
