@@ -147,7 +147,7 @@ def settle(free: Mask, support: Support, points: Points, noise: float) -> Mask:
 
     is_beside = share(support.extent) < 0.5
     if support.sure is not None:
-        leans = (share(heights > 0.05) > 0.1) & (share(heights < -0.05) > 0.1)
+        leans = (share(heights > 0.03) > 0.05) & (share(heights < -0.03) > 0.05)
         is_beside |= leans & (share(support.sure) < 0.3)
     is_beside[0] = False
     settled: Mask = support.extent & ~is_beside[body]
