@@ -126,12 +126,12 @@ def draw_sheet(path: Path, seeds: list[int], n_views: int = 4) -> None:
     for seed in seeds:
         views = RoomViews(draw_room(RoomSettings(seed, views=n_views)))
         pictures = [
-            cv2.resize(views[index].rgb, (240, 180), interpolation=cv2.INTER_AREA)
+            cv2.resize(views[index].rgb, (200, 150), interpolation=cv2.INTER_AREA)
             for index in range(n_views)
         ]
         strips.append(np.hstack(pictures))
     half = len(strips) // 2
-    gap = np.full((180 * half, 12, 3), 255, np.uint8)
+    gap = np.full((150 * half, 12, 3), 255, np.uint8)
     sheet = np.hstack([np.vstack(strips[:half]), gap, np.vstack(strips[half : 2 * half])])
     cv2.imwrite(str(path), sheet[..., ::-1])
 

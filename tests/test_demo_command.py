@@ -62,7 +62,7 @@ def test_the_report_shows_the_move_first(shown: Path) -> None:
 
 
 def test_a_run_of_explore_is_all_there(shown: Path) -> None:
-    for name in ("steps.csv", "model.npz", "config.toml", "figures/regions.png"):
+    for name in ("steps.csv", "model.npz", "config.toml", "figures/after_move.png"):
         assert (shown / name).is_file()
 
 

@@ -23,6 +23,7 @@ from curiosight.config import load_config
 from curiosight.experiments.demonstrating import BASELINE, WHERE, Demonstration, Tested
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.examples import Example
+from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.report import ExampleGroup, Report, ResultRow, Results, write_report
 from curiosight.worlds.rooms.settings import RoomSettings
@@ -66,8 +67,11 @@ def demo(
             command = ["curiosight", "demo", "--seed", str(seed), "--steps", str(steps)]
             taught = [example_of(run.exploration, step) for step in shown_steps]
             draw_figures(run.exploration, folder, taught)
+            moved = [_example_of(run, view) for view in tested]
+            if moved:
+                draw_examples(moved, folder.file("figures/after_move.png"))
             report = exploration_report(run.exploration, explored, taught, command)
-            write_report(demo_report(report, run, summary, tested), folder.file(REPORT))
+            write_report(demo_report(report, summary, moved), folder.file(REPORT))
     talk.results("demo", _rows(summary, folder.path / REPORT), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(len(run.exploration.rows), 'step')}; all is kept")
@@ -88,21 +92,14 @@ def _test(talk: Talk, run: Demonstration, ctrl_c: CtrlC) -> list[Tested]:
     return shown_views
 
 
-def demo_report(
-    report: Report, run: Demonstration, summary: dict[str, Any], tested: Sequence[Tested]
-) -> Report:
+def _example_of(run: Demonstration, tested: Tested) -> Example:
+    frame = tested.look.frame
+    segmentation = run.exploration.teacher.segment(frame)
+    return Example(frame.id, frame.rgb, segmentation, tested.saliency, tested.look.truth)
+
+
+def demo_report(report: Report, summary: dict[str, Any], moved: Sequence[Example]) -> Report:
     """Tell what an exploration's report does not: how it went after the things were moved."""
-    teacher = run.exploration.teacher
-    moved = [
-        Example(
-            view.look.frame.id,
-            view.look.frame.rgb,
-            teacher.segment(view.look.frame),
-            view.saliency,
-            view.look.truth,
-        )
-        for view in tested
-    ]
     return replace(
         report,
         title="A robot learns what stands about in a room",
