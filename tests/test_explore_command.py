@@ -158,7 +158,16 @@ def test_model_that_goes_on_keeps_its_own_features_and_forest(
 
 
 def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
-    learner_settings = LearnerConfig("superpixel", "lab", 500, 600, 0.4)
+    learner_settings = LearnerConfig(
+        "superpixel",
+        "lab",
+        contrast=True,
+        n_superpixels=500,
+        n_pixels=600,
+        blind_share=0.1,
+        follow_edges=True,
+        threshold=0.4,
+    )
     forest_settings = ForestConfig(20, 3, 0.6, 9000, 8, 9, 7, "soft")
     config = Config(learner=learner_settings, forest=forest_settings)
     make_learner(config, None).save(tmp_path / "model.npz")

@@ -94,7 +94,8 @@ def test_a_kinect_sees_less_than_there_is(views: RoomViews) -> None:
         assert seen is not None
         is_seen = np.isfinite(seen)
         assert 0.3 < is_seen.mean() < 0.99
-        assert not is_seen[true > 4.7].any()
+        # Frayed outlines of near things reach over what is far.
+        assert is_seen[true > 4.7].sum() < 0.003 * is_seen.size
         assert np.median(np.abs(seen - true)[is_seen]) < 0.02
 
 

@@ -14,7 +14,12 @@ from curiosight.segmentation.clusters import euclidean_clusters
 from curiosight.segmentation.planes import find_supports, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
-from curiosight.segmentation.supports import above_footprint, choose_supports, share_below
+from curiosight.segmentation.supports import (
+    KnownTable,
+    above_footprint,
+    choose_supports,
+    share_below,
+)
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, ups_from_normals
 from curiosight.segmentation.walls import find_walls
 from room import ROOM, Box
@@ -77,8 +82,9 @@ def test_sliver_of_a_table_counts_only_at_a_known_height() -> None:
     points = observe(see((sliver, WALL), height=1.4, tilt_deg=35)[0])
     up = up_at(35)
     unknown = choose_supports(points, up, SegmentationSettings(), scene="floor", camera_height=1.4)
+    table = KnownTable(1.4 - 0.72, np.ones(points.depth.shape, np.float32))
     known = choose_supports(
-        points, up, SegmentationSettings(), scene="floor", camera_height=1.4, table_heights=(0.72,)
+        points, up, SegmentationSettings(), scene="floor", camera_height=1.4, known_tables=[table]
     )
     assert [support.is_table for support in unknown] == [False]
     assert [support.is_table for support in known] == [False, True]
@@ -111,7 +117,13 @@ def walls_of(points: Points, **options: float) -> list[float]:
     free = points.xyz @ up.astype(np.float32) > -0.95
     border = np.zeros(points.depth.shape, np.bool_)
     found = find_walls(
-        points, up, free=free, band=noise_band(points, 0.008, 0.0035), border=border, **options
+        points,
+        up,
+        free=free,
+        over_tables=np.zeros_like(border),
+        band=noise_band(points, 0.008, 0.0035),
+        border=border,
+        **options,
     )
     return [wall.offset for wall in found]
 

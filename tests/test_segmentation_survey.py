@@ -52,7 +52,7 @@ def test_gravity_and_floor_come_from_posed_frames() -> None:
     assert survey.up_world is not None
     assert angle_deg(survey.up_world, UP) < 1
     assert survey.floor_height == pytest.approx(0, abs=0.03)
-    assert survey.table_heights == pytest.approx([0.72], abs=0.03)
+    assert [table.height for table in survey.tables] == pytest.approx([0.72], abs=0.03)
 
 
 def test_camera_height_needs_a_pose_and_a_floor() -> None:

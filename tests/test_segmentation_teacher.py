@@ -17,6 +17,7 @@ from curiosight.segmentation import (
     Teacher,
     Verdict,
 )
+from curiosight.segmentation.table_map import CELL, Table
 from curiosight.segmentation.teacher import border_mask
 from room import ROOM, Box, look, render
 from scenes import CAMERA, ON_FLOOR, ON_TABLE, TABLE_TOP, WALL, as_frame, kinect_noise, see
@@ -218,7 +219,10 @@ def test_what_is_under_a_table_is_unknown() -> None:
 
 
 def test_known_floor_stays_the_support_below_a_table_that_hides_it() -> None:
-    survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.0, (0.72,))
+    # 1.2 by 0.8 metres around the world's origin, the floor's size in cells of the map.
+    inside = np.full((round(0.8 / CELL), round(1.2 / CELL)), 0.2, np.float32)
+    table = Table(0.72, 0.96, np.eye(3)[:, :2], np.array([-0.6, -0.2]), inside)
+    survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.0, (table,))
     near = replace(ON_TABLE, centre=(0.15, 0.0, 0.80))
     frame, _ = see((TABLE_TOP, near), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)
     found = Teacher(survey).segment(frame)

@@ -1,9 +1,9 @@
 """The teacher's depth segmentation: salient, not salient, unknown (sec. II-A.2)."""
 
-from curiosight.segmentation.objects import Cluster, Verdict
 from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings, SupportSettings
 from curiosight.segmentation.survey import SCENES, Survey, survey_recording
 from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.verdicts import Cluster, Verdict
 
 __all__ = [
     "FLOOR",

@@ -33,3 +33,22 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     _, cluster = connected_components(links, directed=False)
     labels: Array = cluster[voxel]
     return labels
+
+
+def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: float = 0.03) -> Array:
+    """Return the (n,) number of the thing that each of n clusters belongs to.
+
+    A cluster that hovers belongs to those below it, seen from above: what joins them, a stem
+    or a chair's legs, is hidden in it, or too thin to be seen.
+
+    boxes: (n, 3, 2) where they begin and end, metres, along two level axes and upwards.
+    hovers: (n,) bool. reach: largest gap between the two, metres. margin: metres by which
+        their outlines may miss each other.
+    """
+    low, high = boxes[:, 2, 0], boxes[:, 2, 1]
+    is_below = (low < low[:, None]) & (high > low[:, None] - reach)
+    begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
+    meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
+    _, thing = connected_components(hovers[:, None] & is_below & meets, directed=False)
+    things: Array = thing
+    return things

@@ -1,228 +1,122 @@
-"""Clusters on the supports, and whether each is an object (sec. II-A.2)."""
+"""Clusters on the supports (sec. II-A.2), each with its verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.segmentation.clusters import euclidean_clusters
-from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
-from curiosight.segmentation.points import Points
-from curiosight.segmentation.settings import SegmentationSettings
-from curiosight.segmentation.stacking import join_stacked
+from curiosight.segmentation.bodies import beside_table, connect_bodies
+from curiosight.segmentation.clusters import euclidean_clusters, join_stacked
+from curiosight.segmentation.planes import Mask, horizontal_axes, noise_band
+from curiosight.segmentation.points import ends
 from curiosight.segmentation.supports import Support
-from curiosight.segmentation.walls import Wall
+from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict, judge
 
 Array = npt.NDArray[Any]
 
 
-class Verdict(Enum):
-    """Why a cluster is, or is not, an object. Everything but OBJECT is labelled unknown."""
+def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
+    """Cluster what is on each table, the highest first, then the rest over the lowest support.
 
-    OBJECT = "object"
-    CUT = "touches the image border"
-    FAR = "reaches beyond the range"
-    SMALL = "too small"
-    LARGE = "too large"
-    FLAT = "hardly rises over its support"
-    FLOATING = "stands on nothing"
-    FURNITURE = "belongs to a seat or a bed"
-    WALL_PART = "belongs to a wall"
+    What is under a table stays out: its legs and apron are no objects, and would tie chairs
+    together. On a seat, a bed or a shelf nothing is an object, so the rest has it.
 
-
-@dataclass(frozen=True, slots=True)
-class Cluster:
-    """A group of points on a support.
-
-    box: (u_min, v_min, u_max, v_max) in pixels of the full image, ends exclusive.
-    n_pixels: in the full image.
-    size: metres, (width, length, height); the height is over the support.
-    distance: median metres along z.
-    support_height: of its support over the lowest one, metres.
+    free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
+    each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
+    points, lowest = around.points, around.supports[0]
+    body = connect_bodies(free, points.depth, around.settings.noise)
+    number = np.zeros(free.shape, np.int32)
+    clusters: list[Cluster] = []
+    free = free.copy()
+    for support in reversed(around.supports):
+        if not support.carries_objects:
+            continue
+        slab = noise_band(points, support.settings.slab, around.settings.noise)
+        # What is free inside the slab faces elsewhere: the foot of something, or a crease.
+        over = free & (support.heights > slab / 2)
+        over &= support.heights < support.settings.max_height
+        if support.extent is not None:
+            extent = support.extent & ~beside_table(body, support)
+            under = extent & (support.heights > -1.2)
+            if support.core is not None:
+                under &= support.core | (support.heights > -slab)
+            free &= ~under
+            over &= extent | free if support is lowest else extent
+        free &= ~over
+        numbers, found = _find_clusters(over, support, around)
+        number += np.where(numbers > 0, numbers + len(clusters), 0)
+        clusters += found
+    return number, clusters
 
-    verdict: Verdict
-    box: tuple[int, int, int, int]
-    n_pixels: int
-    size: tuple[float, float, float]
-    distance: float
-    support_height: float
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What clusters are judged against.
-
-    supports: lowest first. border: (h, w) bool, what no object may touch.
-    """
-
-    points: Points
-    supports: list[Support]
-    walls: list[Wall]
-    border: Mask
-    upholstery: Mask
-    settings: SegmentationSettings
-
-
-def find_clusters(
+def _find_clusters(
     free: Mask, support: Support, around: Surroundings
 ) -> tuple[Array, list[Cluster]]:
-    """Group the `free` points over a support and judge each group.
-
-    Return the (h, w) int32 number of each point's cluster, 0 = none, and the clusters in the
-    order of their numbers.
-    """
-    points = around.points
-    where = np.flatnonzero(free)
-    found = euclidean_clusters(
-        points.xyz.reshape(-1, 3)[where],
-        leaf=support.settings.leaf,
-        tolerance=support.settings.tolerance,
-    )
-    heights = support.heights(points)
+    """Group the `free` points over a support and judge each group; see `find_objects`."""
+    min_points = around.settings.min_cluster_px / around.points.stride**2
     number = np.zeros(free.shape, np.int32)
-    clusters = []
-    for members, stands in _things(where, found, heights, support, around):
-        if len(members) < around.settings.min_cluster_px / points.stride**2:
-            continue
-        cluster = _measure(members, heights, support, around)
-        verdict = _judge(cluster, members, heights, support, around, stands)
-        clusters.append(replace(cluster, verdict=verdict))
-        number.ravel()[members] = len(clusters)
+    clusters: list[Cluster] = []
+    for members, stands in _things(np.flatnonzero(free), support, around):
+        if len(members) >= min_points:
+            cluster = _measure(members, support, around)
+            verdict = judge(cluster, members, stands, support, around)
+            clusters.append(replace(cluster, verdict=verdict))
+            number.ravel()[members] = len(clusters)
     return number, clusters
 
 
 def _things(
-    where: Array, found: Array, heights: Array, support: Support, around: Surroundings
+    where: Array, support: Support, around: Surroundings, *, min_points: int = 15
 ) -> Iterator[tuple[Array, bool]]:
-    """Yield the flat indices of the points of each thing, and whether it stands on the support.
+    """Yield the flat indices of each thing's points, and whether it stands on the support.
 
-    where, found: flat index and cluster of each point.
+    where: flat indices of all points. min_points: of a part; with fewer it is noise.
     """
-    points = around.points
-    order = np.argsort(found, kind="stable")
-    groups = np.split(where[order], np.cumsum(np.bincount(found))[:-1]) if len(found) else []
-    groups = [members for members in groups if len(members) >= 10]
+    points, limits = around.points, support.settings
+    xyz = points.xyz.reshape(-1, 3)[where]
+    cluster = euclidean_clusters(xyz, leaf=limits.leaf, tolerance=limits.tolerance)
+    order = np.argsort(cluster, kind="stable")
+    last = np.cumsum(np.bincount(cluster))
+    groups = [where[part] for part in np.split(order, last[:-1]) if len(part) >= min_points]
     if not groups:
         return
     axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
-    low, high, hovers = np.empty(len(groups)), np.empty(len(groups)), np.zeros(len(groups), np.bool_)
-    boxes = np.empty((len(groups), 4))
-    for i, members in enumerate(groups):
+    boxes, hovers = np.empty((len(groups), 3, 2)), np.empty(len(groups), np.bool_)
+    for index, members in enumerate(groups):
         xyz = points.xyz.reshape(-1, 3)[members]
-        low[i], high[i] = np.percentile(heights.ravel()[members], (2, 98))
-        boxes[i] = np.percentile(xyz @ axes, (2, 98), axis=0).ravel()
-        noise = around.settings.noise * float(np.median(xyz[:, 2])) ** 2
-        foot = support.settings.slab + 0.06 + 3 * noise
-        hovers[i] = low[i] > foot and _hidden_share(points.depth, members) < 0.4
-    thing = join_stacked(low, high, boxes, hovers)
+        places = (*(xyz @ axes).T, support.heights.ravel()[members])
+        boxes[index] = [ends(place, 0.02) for place in places]
+        noise = around.settings.noise * float(xyz[:, 2].mean()) ** 2
+        is_high = boxes[index, 2, 0] > limits.slab + 0.06 + 3 * noise
+        hovers[index] = is_high and _hidden_share(points.depth, members) < 0.4
+    thing = join_stacked(boxes, hovers)
     for label in range(thing.max() + 1):
         parts = np.flatnonzero(thing == label)
         yield np.concatenate([groups[part] for part in parts]), not hovers[parts].all()
 
 
-def _measure(members: Array, heights: Array, support: Support, around: Surroundings) -> Cluster:
+def _measure(members: Array, support: Support, around: Surroundings) -> Cluster:
     """Return the cluster of some points, given by their flat index; an object so far."""
     points = around.points
     xyz = points.xyz.reshape(-1, 3)[members]
-    v, u = np.unravel_index(members, heights.shape)
+    v, u = np.unravel_index(members, points.depth.shape)
     s = points.stride
     right, forward = horizontal_axes(support.plane.normal)
-    width, length = (float(np.ptp(np.percentile(xyz @ a, (1, 99)))) for a in (right, forward))
-    low, high = np.percentile(heights.ravel()[members], (1, 99))
+    width, length = (high - low for low, high in (ends(xyz @ a) for a in (right, forward)))
+    low, high = ends(support.heights.ravel()[members])
     return Cluster(
         verdict=Verdict.OBJECT,
         box=(int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s),
         n_pixels=len(members) * s * s,
-        size=(width, length, float(high - max(0.0, low))),
+        size=(width, length, high - max(0.0, low)),
         distance=float(np.median(xyz[:, 2])),
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
     )
-
-
-def _judge(
-    cluster: Cluster, members: Array, heights: Array, support: Support, around: Surroundings, stands: bool
-) -> Verdict:
-    """Apply the paper's tests; the first that fails names the verdict."""
-    points, limits = around.points, support.settings
-    xyz = points.xyz.reshape(-1, 3)[members]
-    noise = around.settings.noise * cluster.distance**2
-    diagonal = float(np.linalg.norm(cluster.size))
-    if around.border.ravel()[members].any():
-        return Verdict.CUT
-    if around.upholstery.ravel()[members].mean() > 0.03:
-        return Verdict.FURNITURE
-    if not support.is_table and _is_leg(members, around):
-        return Verdict.FURNITURE
-    if diagonal < limits.min_size:
-        return Verdict.SMALL
-    if diagonal > limits.max_size or np.hypot(*cluster.size[:2]) > limits.max_width:
-        return Verdict.LARGE
-    if np.count_nonzero(xyz[:, 2] > around.settings.max_range - 0.05) > 5:
-        return Verdict.FAR
-    if any(_is_part_of(wall, members, around, support) for wall in around.walls):
-        return Verdict.WALL_PART
-    over = heights.ravel()[members]
-    if np.percentile(over, 90) < 2 * (limits.slab + noise):
-        return Verdict.FLAT
-    if not stands:
-        return Verdict.FLOATING
-    return Verdict.OBJECT
-
-
-def _is_part_of(wall: Wall, members: Array, around: Surroundings, support: Support) -> bool:
-    """Tell whether a cluster hangs on a wall, or is round its corner."""
-    points = around.points
-    xyz = points.xyz.reshape(-1, 3)[members]
-    if np.mean(wall.is_beside(xyz)) > 0.5:
-        away = np.abs(wall.distance(xyz))
-        if np.median(away) < around.settings.wall_gap:
-            return True
-        if not support.is_table and np.percentile(away, 95) < 2 * around.settings.wall_gap:
-            return True
-    return _turns_corner(points, members, wall)
-
-
-def _is_leg(members: Array, around: Surroundings) -> bool:
-    """Tell whether something close to a table ends just below its top."""
-    points = around.points
-    xyz = points.xyz.reshape(-1, 3)[members]
-    for table in around.supports:
-        if table.skirt is not None and np.mean(table.skirt.ravel()[members]) > 0.7:
-            top = float(np.percentile(table.plane.distance(xyz), 98))
-            if table.is_seat or -0.5 < top < 0.05:
-                return True
-    return False
-
-
-def _turns_corner(points: Points, members: Array, wall: Plane, *, reach: int = 6) -> bool:
-    """Tell whether a cluster is the other face of a wall, round a convex corner.
-
-    It lies behind the wall's plane, and in most of its rows goes over into the wall sideways,
-    without a step. Together they are larger than any object. What stands before a wall meets
-    it in a concave corner and stays out of this.
-
-    reach: cells over the crease, where no normal is known.
-    """
-    if np.median(wall.distance(points.xyz.reshape(-1, 3)[members])) > 0:
-        return False
-    height, width = points.depth.shape
-    v, u = np.unravel_index(members, points.depth.shape)
-    first, last = np.full(height, width), np.full(height, -1)
-    np.minimum.at(first, v, u)
-    np.maximum.at(last, v, u)
-    rows = np.unique(v)
-    for edge, beyond in ((first, -reach), (last, reach)):
-        there = np.clip(edge[rows] + beyond, 0, width - 1)
-        step = np.abs(points.depth[rows, there] - points.depth[rows, edge[rows]])
-        if np.mean(wall.inliers[rows, there] & (step < 0.10)) > 0.5:
-            return True
-    return False
 
 
 def _hidden_share(depth: Array, members: Array, *, step: float = 0.05) -> float:

@@ -47,20 +47,21 @@ def noise_band(points: Points, base: float, noise: float) -> Array:
 
 
 def fit_plane(
-    xyz: Array, band: Array, normal: Array, offset: float
+    xyz: Array, band: Array, normal: Array, offset: float, *, max_points: int = 8000
 ) -> tuple[Array, float, Array] | None:
     """Fit a plane to points, thrice, within 3, 1.5 and 1 times `band` of the last fit.
 
     xyz: (n, 3) and band: (n,) metres. normal, offset: where to begin; the side is kept.
+    max_points: of more, evenly spaced ones are fitted.
     Return normal, offset and the (n,) bool inliers; None when fewer than 50 points remain.
     """
-    inliers = np.ones(len(xyz), np.bool_)
+    stride = 1 + len(xyz) // max_points
+    fitted, thickness = xyz[::stride], band[::stride]
     for slack in (3.0, 1.5, 1.0):
-        signed = xyz @ normal.astype(np.float32) + np.float32(offset)
-        inliers = np.abs(signed) < slack * band
-        if np.count_nonzero(inliers) < 50:
+        signed = fitted @ normal.astype(np.float32) + np.float32(offset)
+        inside = fitted[np.abs(signed) < slack * thickness].astype(np.float64)
+        if len(inside) * stride < 50:
             return None
-        inside = xyz[inliers].astype(np.float64)
         inverse = 1 / inside[:, 2]
         rays = inside * inverse[:, None]
         # n·p = 1 divided by z: rays·n = 1/z, whose noise does not depend on the distance.
@@ -68,7 +69,8 @@ def fit_plane(
         length = float(np.linalg.norm(solution))
         sign = 1.0 if solution @ normal > 0 else -1.0
         normal, offset = sign * solution / length, -sign / length
-    return normal, offset, inliers
+    signed = xyz @ normal.astype(np.float32) + np.float32(offset)
+    return normal, offset, np.abs(signed) < band
 
 
 def find_supports(

@@ -167,10 +167,39 @@ def cell_of_pixel(coarse: Array, depth: Array, stride: int) -> Array:
             best, nearest = top * n_columns + left, abs(coarse[top, left] - here)
             if np.isnan(nearest):
                 nearest = np.inf
-            if right > left or bottom > top:
-                for row, column in ((top, right), (bottom, left), (bottom, right)):
+            for row in range(top, bottom + 1):
+                for column in range(left, right + 1):
                     gap = abs(coarse[row, column] - here)
                     if gap < nearest:
                         best, nearest = row * n_columns + column, gap
             cells[v, u] = best
     return cells
+
+
+@njit(cache=True, nogil=True)
+def look_up(cells: Array, xyz: Array, axes: Array, corner: Array, side: float) -> Array:
+    """(h, w) float32: what the cell of a map under or over each point holds, -inf beside it.
+
+    cells: (rows, columns) float32. axes: (3, 2) directions of columns and rows in the frame of
+    the points. corner: (2,) metres along them of the first cell's corner. side: metres.
+    """
+    height, width = xyz.shape[:2]
+    rows, columns = cells.shape
+    per_metre = 1.0 / side
+    found = np.full((height, width), -np.inf, np.float32)
+    for v in range(height):
+        for u in range(width):
+            x, y, z = xyz[v, u, 0], xyz[v, u, 1], xyz[v, u, 2]
+            column = (x * axes[0, 0] + y * axes[1, 0] + z * axes[2, 0] - corner[0]) * per_metre
+            row = (x * axes[0, 1] + y * axes[1, 1] + z * axes[2, 1] - corner[1]) * per_metre
+            # A point without a reading is NaN and compares false.
+            if 0 <= column < columns and 0 <= row < rows:
+                found[v, u] = cells[int(row), int(column)]
+    return found
+
+
+def ends(values: Array, share: float = 0.01) -> tuple[float, float]:
+    """Return the two of (n,) values, n > 0, that a share of them lies below and above."""
+    n_beyond = int(share * len(values))
+    ordered = np.partition(values, (n_beyond, len(values) - 1 - n_beyond))
+    return float(ordered[n_beyond]), float(ordered[-1 - n_beyond])

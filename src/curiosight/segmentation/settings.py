@@ -42,7 +42,13 @@ class SupportSettings:
 
 FLOOR = SupportSettings()
 TABLE = SupportSettings(
-    min_size=0.05, max_size=0.85, max_width=0.85, leaf=0.02, tolerance=0.03, slab=0.01, max_height=1.0
+    min_size=0.05,
+    max_size=0.85,
+    max_width=0.85,
+    leaf=0.02,
+    tolerance=0.03,
+    slab=0.01,
+    max_height=1.0,
 )
 
 

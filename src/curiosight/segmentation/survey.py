@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,10 @@ from curiosight.segmentation.planes import Plane, horizontal_axes, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import PLANE_BAND, Scene, find_planes, share_below
-from curiosight.segmentation.tables import MARGIN, Table, is_seat, level_surface, map_tables
+from curiosight.segmentation.table_map import MARGIN, Table, level_surface, map_tables
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, world_up
-from curiosight.segmentation.walls import Wall, find_walls, join_walls
+from curiosight.segmentation.wall_map import join_walls, moved
+from curiosight.segmentation.walls import Wall, find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
@@ -64,16 +65,18 @@ def survey_recording(
     observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _can_teach(frame)]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
+    floor = None
     if up is not None:
         up, heights, areas = _world_supports(posed, up, settings)
         floor = _lowest_peak(heights, areas)
-        spread = heights.max() - floor if floor is not None else 0.0
-        if scene != "table" and floor is not None and (scene == "floor" or spread > 0.3):
-            tables = _tables(posed, up, floor, settings)
-            return Survey("floor", up, floor, tables, _walls(posed, up, floor, tables, settings))
+        if scene == "auto" and floor is not None and heights.max() - floor > 0.3:
+            scene = "floor"
     if scene == "auto":
         scene = _scene_of(observed, up, settings)
-    return Survey("table" if scene == "table" else "floor", up)
+    if scene == "table" or up is None or floor is None:
+        return Survey("table" if scene == "table" else "floor", up)
+    tables = _tables(posed, up, floor, settings)
+    return Survey("floor", up, floor, tables, _walls(posed, up, floor, tables, settings))
 
 
 def _can_teach(frame: Frame) -> bool:
@@ -114,18 +117,15 @@ def _world_supports(
 def _tables(
     posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
 ) -> tuple[Table, ...]:
-    axes = np.stack(horizontal_axes(up), axis=1)
-    seen, level = [], []
+    level: list[Array] = []
+    seen: list[Array] = []
     for points, T_world_camera in posed:
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
         surface = level_surface(points, rotation.T @ up, settings.noise)
-        for found, xyz in ((seen, points.xyz.reshape(-1, 3)), (level, surface)):
-            near = xyz[xyz[:, 2] < settings.max_range]
-            found.append(near @ rotation.T + centre)
-    all_seen, all_level = np.concatenate(seen), np.concatenate(level)
-    tables = map_tables(all_level @ axes, all_level @ up - floor, axes)
-    places, heights = all_seen @ axes, all_seen @ up - floor
-    return tuple(replace(table, is_seat=is_seat(table, places, heights)) for table in tables)
+        for found, xyz in ((level, surface), (seen, points.xyz.reshape(-1, 3))):
+            found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
+    axes = np.stack(horizontal_axes(up), axis=1)
+    return tuple(map_tables(np.concatenate(level), np.concatenate(seen), up, floor, axes))
 
 
 def _walls(
@@ -138,22 +138,21 @@ def _walls(
     found = []
     for points, T_world_camera in posed:
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        height = points.xyz @ (rotation.T @ up).astype(np.float32) + float(up @ centre) - floor
-        free = (points.depth < settings.max_range) & (height > 0.05)
-        over_tables = np.zeros(free.shape, np.bool_)
+        heights = points.xyz @ (rotation.T @ up).astype(np.float32) + float(up @ centre) - floor
+        over_tables = np.zeros(heights.shape, np.bool_)
         for table in tables:
-            is_there = table.inset(points.xyz, T_world_camera) > -MARGIN
-            over_tables |= is_there & (height > table.height)
+            is_there = table.inset_of(points, T_world_camera) > -MARGIN
+            over_tables |= is_there & (heights > table.height)
         walls = find_walls(
             points,
             rotation.T @ up,
-            free=free,
+            free=(points.depth < settings.max_range) & (heights > 0.05),
             over_tables=over_tables,
             band=noise_band(points, PLANE_BAND, settings.noise),
-            border=np.zeros(height.shape, np.bool_),
+            border=np.zeros(heights.shape, np.bool_),
             min_diagonal=settings.min_wall_diagonal,
         )
-        found += [wall.moved(rotation, centre) for wall in walls]
+        found += [moved(wall, rotation, centre) for wall in walls]
     return join_walls(found)
 
 

@@ -8,9 +8,9 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Camera, Frame, Label, Pose
-from curiosight.segmentation.objects import Cluster, Surroundings, Verdict, find_clusters
-from curiosight.segmentation.planes import Mask, Plane, noise_band
+from curiosight.frame import Camera, Frame, Label
+from curiosight.segmentation.objects import find_objects
+from curiosight.segmentation.planes import Mask, noise_band
 from curiosight.segmentation.points import Points, cell_of_pixel, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
@@ -18,12 +18,13 @@ from curiosight.segmentation.supports import (
     KnownTable,
     Support,
     choose_supports,
-    settle,
     share_below,
 )
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.up import ups_from_normals
-from curiosight.segmentation.walls import Wall, find_walls, known_walls
+from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict
+from curiosight.segmentation.wall_map import moved, recognise
+from curiosight.segmentation.walls import Wall, find_walls
 
 Array = npt.NDArray[Any]
 # More of the points below the lowest support, and it is no floor.
@@ -44,7 +45,7 @@ class Segmentation:
     cluster_of_pixel: npt.NDArray[np.uint16]
     clusters: tuple[Cluster, ...] = ()
     supports: tuple[Support, ...] = ()
-    walls: tuple[Plane, ...] = ()
+    walls: tuple[Wall, ...] = ()
     problem: str | None = None
 
     @classmethod
@@ -80,23 +81,36 @@ class Teacher:
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame; without depth or a support all is unknown.
 
-        A frame with a problem teaches nothing: what it shows may not be what is there.
+        Supports and walls are not salient; of the rest, grouped, what is neither too small nor
+        too large nor cut by the image's border is salient. A frame with a problem teaches
+        nothing: what it shows may not be what is there.
         """
-        max_range = self.settings.max_range
-        if frame.depth is None or frame.camera is None:
-            shape = frame.rgb.shape[:2]
-            nowhere = np.full(shape, np.nan, np.float32)
-            return _nothing(nowhere, max_range, frame.problem or "the frame has no depth")
-        if frame.problem is not None:
-            return _nothing(frame.depth, max_range, frame.problem)
-        if not np.isfinite(frame.depth).any():
-            return _nothing(frame.depth, max_range, "the depth image has no reading")
+        problem = _problem_of(frame)
+        if problem is not None or frame.depth is None or frame.camera is None:
+            return self._nothing(frame, problem)
         points = observe_points(frame.depth, frame.camera)
         supports = self._supports(points, frame)
         if not any(support.plane.inliers.any() for support in supports):
-            return _nothing(frame.depth, max_range, "no support plane is in view")
-        known = self._known_walls(frame.T_world_camera)
-        return _label(frame.depth, frame.camera, points, supports, known, self.settings)
+            return self._nothing(frame, "no support plane is in view")
+        in_range = points.depth <= self.settings.max_range
+        border = border_mask(frame.camera, points.stride, self.settings.border_px)
+        is_support = in_range & _on_supports(points, supports, self.settings.noise)
+        walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
+        around = Surroundings(points, supports, walls, border, self.settings)
+        number, clusters = find_objects(in_range & ~is_support & ~is_wall, around)
+        is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
+        labels = np.full(points.depth.shape, Label.UNKNOWN, np.uint8)
+        labels[is_support | is_wall] = Label.NOT_SALIENT
+        labels[is_object[number]] = Label.SALIENT
+        labels, number = _at_full_size(labels, number, points, frame.depth, self.settings.max_range)
+        return Segmentation(labels, number, tuple(clusters), tuple(supports), tuple(walls))
+
+    def _nothing(self, frame: Frame, problem: str | None) -> Segmentation:
+        shape = frame.rgb.shape[:2]
+        depth = np.full(shape, np.nan, np.float32) if frame.depth is None else frame.depth
+        is_near = depth <= self.settings.max_range
+        labels = np.where(is_near, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
+        return Segmentation.of_labels(labels, problem)
 
     def _supports(self, points: Points, frame: Frame) -> list[Support]:
         """Return the supports in view, lowest first; empty when there is none.
@@ -106,13 +120,23 @@ class Teacher:
         """
         pose, scene = frame.T_world_camera, self.survey.scene
         if self.survey.up_world is not None and pose is not None:
+            camera_height = self.survey.camera_height(pose)
+            known_tables = [
+                KnownTable(
+                    camera_height - table.height,
+                    table.inset_of(points, pose),
+                    table.carries_objects,
+                )
+                for table in self.survey.tables
+                if camera_height is not None
+            ]
             return choose_supports(
                 points,
                 pose[:3, :3].T @ self.survey.up_world,
                 self.settings,
                 scene=scene,
-                camera_height=self.survey.camera_height(pose),
-                known_tables=self._known_tables(points, pose),
+                camera_height=camera_height,
+                known_tables=known_tables,
             )
         keep = points.area > 0
         first: list[Support] = []
@@ -124,138 +148,83 @@ class Teacher:
         # Below a table there is much to see; below a floor there is not.
         return first if scene == "table" else []
 
+    def _walls(
+        self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame
+    ) -> tuple[list[Wall], Mask]:
+        """Return the recording's walls and those new in this frame, and (h, w) what is on them."""
+        pose, noise = frame.T_world_camera, self.settings.noise
+        known: list[Wall] = []
+        if pose is not None:
+            rotation = pose[:3, :3].T
+            known = [moved(wall, rotation, -rotation @ pose[:3, 3]) for wall in self.survey.walls]
+            known = [wall for wall in known if wall.offset > 0]  # the camera is before it
+        band = noise_band(points, PLANE_BAND, noise)
+        known = recognise(points, known, free=free, band=band)
+        is_known = _on_walls(points, known, free, noise)
+        over_tables = np.zeros(free.shape, np.bool_)
+        for support in supports[1:]:
+            if support.extent is not None:
+                over_tables |= support.extent & (support.heights > 0)
+        new = find_walls(
+            points,
+            # The largest support in view is the best measured vertical.
+            max(supports, key=lambda s: np.count_nonzero(s.plane.inliers)).plane.normal,
+            free=free & ~is_known,
+            over_tables=over_tables,
+            band=band,
+            border=border,
+            min_diagonal=self.settings.min_wall_diagonal,
+            min_cut_diagonal=self.settings.min_cut_wall_diagonal,
+        )
+        return known + new, is_known | _on_walls(points, new, free & ~is_known, noise)
 
-    def _known_tables(self, points: Points, pose: Pose) -> list[KnownTable]:
-        camera_height = self.survey.camera_height(pose)
-        if camera_height is None:
-            return []
-        return [
-            KnownTable(camera_height - t.height, t.inset(points.xyz, pose), t.is_seat)
-            for t in self.survey.tables
-        ]
+
+def _problem_of(frame: Frame) -> str | None:
+    """Return why a frame cannot be segmented; None where it can."""
+    if frame.problem is not None:
+        return frame.problem
+    if frame.depth is None or frame.camera is None:
+        return "the frame has no depth"
+    return None if np.isfinite(frame.depth).any() else "the depth image has no reading"
 
 
-    def _known_walls(self, pose: Pose | None) -> list[Wall]:
-        if pose is None:
-            return []
-        rotation = pose[:3, :3].T
-        return [wall.moved(rotation, -rotation @ pose[:3, 3]) for wall in self.survey.walls]
-
-
-def _nothing(depth: Array, max_range: float, problem: str) -> Segmentation:
-    labels = np.where(depth <= max_range, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
-    return Segmentation.of_labels(labels, problem)
-
-
-def _label(
-    depth: Array,
-    camera: Camera,
-    points: Points,
-    supports: list[Support],
-    known: list[Wall],
-    settings: SegmentationSettings,
-) -> Segmentation:
-    in_range = points.depth <= settings.max_range
-    # The largest support in view is the best measured vertical.
-    up = max(supports, key=lambda s: np.count_nonzero(s.plane.inliers)).plane.normal
-    is_support = in_range & _on_supports(points, supports, settings.noise)
-    border = border_mask(camera, points.stride, settings.border_px)
-    band = noise_band(points, PLANE_BAND, settings.noise)
-    free = in_range & ~is_support
-    walls = known_walls(points, known, free=free, band=band)
-    walls += find_walls(
-        points,
-        up,
-        free=free & ~_on_walls(points, walls, settings.noise),
-        over_tables=_over_tables(points, supports),
-        band=band,
-        border=border,
-        min_diagonal=settings.min_wall_diagonal,
-        min_cut_diagonal=settings.min_cut_wall_diagonal,
-    )
-    is_wall = in_range & _on_walls(points, walls, settings.noise)
-    labels = np.full(points.depth.shape, Label.UNKNOWN, np.uint8)
-    labels[is_support | is_wall] = Label.NOT_SALIENT
-    seats = [s.extent for s in supports if s.is_seat and s.extent is not None]
-    upholstery = np.any(seats, axis=0) if seats else np.zeros(points.depth.shape, np.bool_)
-    around = Surroundings(points, supports, walls, border, upholstery, settings)
-    number, clusters = _cluster_all(in_range & ~is_support & ~is_wall, around)
-    is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
-    labels[is_object[number]] = Label.SALIENT
-    labels[~in_range] = Label.UNAVAILABLE
+def _at_full_size(
+    labels: Array, number: Array, points: Points, depth: Array, max_range: float
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
+    """Return labels and numbers of clusters per pixel of the image; far ones are unavailable."""
     cells = cell_of_pixel(np.ascontiguousarray(points.depth), depth, points.stride)
     full_labels, full_number = labels.take(cells), number.astype(np.uint16).take(cells)
-    is_out = ~(depth <= settings.max_range)
+    is_out = ~(depth <= max_range)
     full_labels[is_out] = Label.UNAVAILABLE
     full_number[is_out] = 0
-    return Segmentation(full_labels, full_number, tuple(clusters), tuple(supports), tuple(walls))
+    return full_labels, full_number
 
 
 def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
-    """(h, w) bool: within the slab of a support, and not facing elsewhere."""
+    """(h, w) bool: within the slab of a support, if known where it is, and facing up."""
     found = np.zeros(points.depth.shape, np.bool_)
     for support in supports:
-        normal = support.plane.normal.astype(np.float32)
-        slab = noise_band(points, support.settings.slab, noise)
-        # An unknown normal compares false: near an edge the height alone decides.
-        faces_elsewhere = np.abs(points.normals @ normal) < 0.7
-        on = (np.abs(support.heights(points)) < slab) & ~faces_elsewhere
-        if support.extent is not None and support is not supports[0]:
+        on = np.abs(support.heights) < noise_band(points, support.settings.slab, noise)
+        if support.core is not None and support.extent is not None:
+            # Another thing may be as high as a table elsewhere, such as a seat.
             on &= support.extent
-        found |= on
+        where = np.flatnonzero(on & ~found)
+        facing = points.normals.reshape(-1, 3)[where] @ support.plane.normal.astype(np.float32)
+        # An unknown normal compares false: near an edge the height alone decides.
+        found.ravel()[where[~(np.abs(facing) < 0.7)]] = True
     return found
 
 
-def _over_tables(points: Points, supports: list[Support]) -> Mask:
-    found = np.zeros(points.depth.shape, np.bool_)
-    for support in supports[1:]:
-        if support.extent is not None:
-            found |= support.extent & (support.heights(points) > 0)
-    return found
-
-
-def _on_walls(points: Points, walls: list[Wall], noise: float) -> Mask:
-    """(h, w) bool: within a wall's band, straight before it, and not facing elsewhere."""
+def _on_walls(points: Points, walls: list[Wall], free: Mask, noise: float) -> Mask:
+    """(h, w) bool: free, within the band of a wall that this frame shows, and not facing away."""
     found = np.zeros(points.depth.shape, np.bool_)
     band = noise_band(points, 0.04, 2 * noise)
     for wall in walls:
         if wall.inliers.any():
-            near = np.abs(wall.distance(points.xyz)) < band
-            near &= ~(np.abs(points.normals @ wall.normal.astype(np.float32)) < 0.7)
-            found |= near & wall.is_beside(points.xyz)
+            near = wall.near(points, free, band)
+            facing = points.normals.reshape(-1, 3)[near] @ wall.normal.astype(np.float32)
+            found.ravel()[near[~(np.abs(facing) < 0.7)]] = True
     return found
-
-
-def _cluster_all(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
-    """Cluster what is on each table, the highest first, then the rest over the lowest support.
-
-    What is under a table stays out: its legs and apron are no objects, and would tie chairs
-    together.
-    """
-    points, lowest = around.points, around.supports[0]
-    number = np.zeros(free.shape, np.int32)
-    clusters: list[Cluster] = []
-    free = free.copy()
-    for support in reversed(around.supports):
-        heights = support.heights(points)
-        slab = noise_band(points, support.settings.slab, around.settings.noise)
-        # What is free inside the slab faces elsewhere: the foot of something, or a crease.
-        over = free & (heights > slab / 2) & (heights < support.settings.max_height)
-        if support.is_seat:
-            continue
-        if support.extent is not None:
-            extent = settle(free, support, points, around.settings.noise)
-            on_table = over & extent
-            under = extent if support.sure is None else extent & (support.sure | (heights > -slab))
-            free &= ~(under & (heights > -1.2))
-            if support is lowest:
-                on_table = over & (extent | free)
-            over = on_table
-        free &= ~over
-        numbers, found = find_clusters(over, support, around)
-        number += np.where(numbers > 0, numbers + len(clusters), 0)
-        clusters += found
-    return number, clusters
 
 
 def border_mask(camera: Camera, stride: int, border_px: int, outline_px: int = 4) -> Mask:

@@ -5,22 +5,21 @@ As with the supports (`planes.py`), the known vertical leaves few unknowns, here
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.segmentation.planes import Mask, Plane, fit_plane, horizontal_axes, scatter
-from curiosight.segmentation.points import Points
+from curiosight.segmentation.points import Points, ends
 
 Array = npt.NDArray[Any]
 
 SECTOR = np.radians(3.0)
 N_SECTORS = 120
 ROW = 0.05
-# Pieces of one wall are no farther apart, metres.
+# Pieces of one wall are no farther apart than this, metres.
 MAX_GAP = 0.45
 
 
@@ -28,67 +27,25 @@ MAX_GAP = 0.45
 class Wall(Plane):
     """A vertical plane that ends somewhere.
 
-    axes: (3, 2) its horizontal and its upward direction. low, high: (2,) metres along them,
-    from the camera or, for a wall of a recording, from the world's origin.
+    axes: (3, 2) its horizontal and its upward direction. low, high: (2,) metres along them
+    from the origin, the camera or that of the world.
     """
 
     axes: Array
     low: Array
     high: Array
 
-    def is_beside(self, xyz: Array, *, margin: float = 0.10) -> Mask:
-        """(...) bool: which (..., 3) points are straight before or behind the wall."""
-        place = xyz @ self.axes.astype(xyz.dtype)
-        beside: Mask = ((place > self.low - margin) & (place < self.high + margin)).all(axis=-1)
-        return beside
+    def is_before(self, xyz: Array, *, margin: float = 0.10) -> Mask:
+        """(n,) bool: which of (n, 3) points are straight before or behind the wall."""
+        along, height = (self.axes.T.astype(xyz.dtype) @ xyz.T).astype(np.float64)
+        low, high = self.low - margin, self.high + margin
+        is_before = (along > low[0]) & (along < high[0]) & (height > low[1]) & (height < high[1])
+        return np.asarray(is_before)
 
-    def moved(self, rotation: Array, translation: Array) -> Wall:
-        """Return it in other coordinates: rotation @ p + translation."""
-        normal, axes = rotation @ self.normal, rotation @ self.axes
-        offset = self.offset - float(normal @ translation)
-        shift = translation @ axes
-        return Wall(normal, offset, self.inliers, axes, self.low + shift, self.high + shift)
-
-
-def known_walls(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array) -> list[Wall]:
-    """Return the known walls, in the camera's frame, as this frame shows them.
-
-    Where it shows little of one, the wall stays as it was, without inliers.
-    """
-    found = []
-    for wall in walls:
-        near = free & (np.abs(wall.distance(points.xyz)) < 0.06 + band)
-        near &= points.normals @ wall.normal.astype(np.float32) > 0.85
-        near &= wall.is_beside(points.xyz)
-        fit = fit_plane(points.xyz[near], band[near] + 0.02, wall.normal, wall.offset)
-        if fit is None or fit[0] @ wall.normal < 0.99:
-            found.append(replace(wall, inliers=np.zeros(free.shape, np.bool_)))
-            continue
-        normal, offset, inliers = fit
-        found.append(replace(wall, normal=normal, offset=offset, inliers=scatter(inliers, near)))
-    return found
-
-
-def join_walls(walls: Iterable[Wall], *, max_gap: float = MAX_GAP) -> tuple[Wall, ...]:
-    """Return the walls of a recording from what its frames saw of them, in the world's frame.
-
-    max_gap: metres between pieces of one wall.
-    """
-    joined: list[Wall] = []
-    for wall in sorted(walls, key=lambda wall: -float(np.prod(wall.high - wall.low))):
-        corners = wall.axes @ np.stack([wall.low, wall.high], axis=1) - wall.offset * wall.normal[:, None]
-        for place, other in enumerate(joined):
-            if wall.normal @ other.normal < 0.985 or np.abs(other.distance(corners.T)).max() > 0.15:
-                continue
-            ends = corners.T @ other.axes
-            low, high = ends.min(axis=0), ends.max(axis=0)
-            if (low < other.high + max_gap).all() and (high > other.low - max_gap).all():
-                low, high = np.minimum(low, other.low), np.maximum(high, other.high)
-                joined[place] = replace(other, low=low, high=high)
-                break
-        else:
-            joined.append(wall)
-    return tuple(joined)
+    def near(self, points: Points, free: Mask, band: Array) -> Array:
+        """Return the flat indices of the `free` points within `band` of the wall, before it."""
+        where = np.flatnonzero(free & (np.abs(self.distance(points.xyz)) < band))
+        return where[self.is_before(points.xyz.reshape(-1, 3)[where])]
 
 
 def find_walls(
@@ -115,8 +72,7 @@ def find_walls(
     """
     vertical = free & (np.abs(points.normals @ up.astype(np.float32)) < max_cosine)
     xyz, normals, area = points.xyz[vertical], points.normals[vertical], points.area[vertical]
-    thickness, is_border = band[vertical], border[vertical]
-    height, is_over_table = xyz @ up.astype(np.float32), over_tables[vertical]
+    thickness, is_border, is_over_table = band[vertical], border[vertical], over_tables[vertical]
     headings = _Headings(xyz, normals, up)
     is_free = np.ones(len(xyz), np.bool_)
     walls: list[Wall] = []
@@ -132,45 +88,50 @@ def find_walls(
             is_free[where] = False
             continue
         normal, distance, inliers = fit
-        along = np.cross(up, normal) / np.linalg.norm(np.cross(up, normal))
-        place = xyz @ along.astype(np.float32)
-        where = where[inliers]
-        run = _longest_run(place[where], area[where])
-        where = where[(place[where] >= run[0]) & (place[where] <= run[1])]
-        where = where[_below_top(height[where], is_over_table[where])]
+        axes = _axes_of(normal, up)
+        along, height = (xyz @ axes.astype(np.float32)).T
+        first, last = _longest_run(along[where[inliers]], area[where[inliers]])
+        is_in_run = (along >= first) & (along <= last)
         is_near = np.abs(xyz @ normal.astype(np.float32) + distance) < thickness + 0.03
-        is_free &= ~(is_near & (place >= run[0]) & (place <= run[1]))
+        is_free &= ~(is_near & is_in_run)
+        is_free[where[inliers & is_in_run[where]]] = False
+        where = where[inliers & is_in_run[where]]
+        where = where[_below_top(height[where], is_over_table[where])]
         least = min_cut_diagonal if is_border[where].any() else min_diagonal
-        if area[where].sum() < min_area or visible_diagonal(xyz[where], up, normal) < least:
+        if area[where].sum() < min_area or visible_diagonal(xyz[where], axes) < least:
             continue
-        axes = np.stack([along, up], axis=1)
-        low, high = np.percentile(xyz[where] @ axes, (1, 99), axis=0)
+        places = np.stack([along[where], height[where]], axis=1).astype(np.float64)
+        low, high = places.min(axis=0), places.max(axis=0)
         walls.append(Wall(normal, distance, scatter(where, vertical), axes, low, high))
     return walls
 
 
-def _below_top(height: Array, is_over_table: Array, *, margin: float = 0.05) -> Array:
-    """(n,) bool: points over a table only as high as the wall is elsewhere, if it is."""
-    rest = height[~is_over_table]
-    if len(rest) < 50:
-        return np.ones(len(height), np.bool_)
-    low_enough: Array = ~is_over_table | (height < np.percentile(rest, 98) + margin)
-    return low_enough
+def _axes_of(normal: Array, up: Array) -> Array:
+    """Return the (3, 2) horizontal and upward directions of a wall."""
+    along = np.cross(up, normal)
+    return np.stack([along / np.linalg.norm(along), up], axis=1)
 
 
-def _longest_run(place: Array, area: Array, *, cell: float = 0.05) -> tuple[float, float]:
+def _longest_run(along: Array, area: Array, *, cell: float = 0.05) -> tuple[float, float]:
     """Return the ends of the stretch without a gap of `MAX_GAP` that has the most area.
 
     What stands in the plane of a wall somewhere else is no part of it.
     """
-    low = float(place.min())
-    index = ((place - low) / cell).astype(np.int64)
+    index = ((along - along.min()) / cell).astype(np.int64)
     filled = np.flatnonzero(np.bincount(index))
     run_of_cell = np.zeros(filled[-1] + 1, np.int64)
     run_of_cell[filled[1:]] = np.cumsum(np.diff(filled) * cell > MAX_GAP)
     best = int(np.argmax(np.bincount(run_of_cell[index], area)))
-    chosen = place[run_of_cell[index] == best]
+    chosen = along[run_of_cell[index] == best]
     return float(chosen.min()), float(chosen.max())
+
+
+def _below_top(height: Array, is_over_table: Array, *, margin: float = 0.05) -> Mask:
+    """(n,) bool: points over a table only as high as the wall is elsewhere, if it is."""
+    elsewhere = height[~is_over_table]
+    if len(elsewhere) < 50:
+        return np.ones(len(height), np.bool_)
+    return np.asarray(~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin))
 
 
 class _Headings:
@@ -201,10 +162,12 @@ class _Headings:
         return normal, -(self._low + row * ROW), float(votes[sector, row])
 
 
-def visible_diagonal(xyz: Array, up: Array, normal: Array) -> float:
-    """Return the diagonal in metres of (n, 3) wall points, without the outermost 1 %."""
+def visible_diagonal(xyz: Array, axes: Array) -> float:
+    """Return the diagonal in metres of (n, 3) wall points, without the outermost 1 %.
+
+    axes: (3, 2) along the wall.
+    """
     if len(xyz) == 0:
         return 0.0
-    along = np.cross(up, normal)
-    extent = [np.ptp(np.percentile(xyz @ axis, (1, 99))) for axis in (up, along)]
-    return float(np.hypot(*extent))
+    low, high = np.transpose([ends(place) for place in (xyz @ axes).T])
+    return float(np.linalg.norm(high - low))
