@@ -221,7 +221,7 @@ def test_what_is_under_a_table_is_unknown() -> None:
 def test_known_floor_stays_the_support_below_a_table_that_hides_it() -> None:
     # 1.2 by 0.8 metres around the world's origin, the floor's size in cells of the map.
     inside = np.full((round(0.8 / CELL), round(1.2 / CELL)), 0.2, np.float32)
-    table = Table(0.72, 0.96, np.eye(3)[:, :2], np.array([-0.6, -0.2]), inside)
+    table = Table(0.72, np.eye(3)[:, :2], np.array([-0.6, -0.2]), inside)
     survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.0, (table,))
     near = replace(ON_TABLE, centre=(0.15, 0.0, 0.80))
     frame, _ = see((TABLE_TOP, near), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)

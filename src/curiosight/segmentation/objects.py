@@ -14,7 +14,7 @@ from curiosight.segmentation.clusters import euclidean_clusters, join_stacked
 from curiosight.segmentation.planes import Mask, horizontal_axes, noise_band
 from curiosight.segmentation.points import ends
 from curiosight.segmentation.supports import Support
-from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict, judge
+from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict, is_cut, judge
 
 Array = npt.NDArray[Any]
 
@@ -87,6 +87,7 @@ def _things(
         return
     axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
     boxes, hovers = np.empty((len(groups), 3, 2)), np.empty(len(groups), np.bool_)
+    cut = np.empty(len(groups), np.bool_)
     for index, members in enumerate(groups):
         xyz = points.xyz.reshape(-1, 3)[members]
         places = (*(xyz @ axes).T, support.heights.ravel()[members])
@@ -94,7 +95,9 @@ def _things(
         noise = around.settings.noise * float(xyz[:, 2].mean()) ** 2
         is_high = boxes[index, 2, 0] > limits.slab + 0.06 + 3 * noise
         hovers[index] = is_high and _hidden_share(points.depth, members) < 0.4
-    thing = join_stacked(boxes, hovers)
+        cut[index] = is_cut(members, around.border)
+    # What the image cuts, such as a cupboard on the wall, takes nothing below with it.
+    thing = join_stacked(boxes, hovers & ~cut)
     for label in range(thing.max() + 1):
         parts = np.flatnonzero(thing == label)
         yield np.concatenate([groups[part] for part in parts]), not hovers[parts].all()

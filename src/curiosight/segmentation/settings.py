@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 
 def _check_positive(settings: object, names: Iterable[str]) -> None:
@@ -52,6 +53,12 @@ TABLE = SupportSettings(
 )
 
 
+# The best noise that is believed, 1/m: 5 mm at 3 m, for floors that are not flat either.
+MIN_NOISE = 0.0005
+# Farther than this times the range set, pixels are too sparse on small things.
+MAX_REACH = 1.5
+
+
 @dataclass(frozen=True, slots=True)
 class SegmentationSettings:
     """All thresholds, in metres unless the name says otherwise.
@@ -67,6 +74,8 @@ class SegmentationSettings:
     min_cluster_px: fewer pixels are no cluster.
     noise: of inverse depth, 1/m; bands around planes grow by noise·z². A Kinect's disparity
         step is 0.0028.
+    follow_sensor: where the recording's sensor is clearly better than `noise` says, bands are
+        thinner and the range is longer, see `for_sensor`.
     """
 
     max_range: float = 4.0
@@ -76,8 +85,21 @@ class SegmentationSettings:
     border_px: int = 10
     min_cluster_px: int = 200
     noise: float = 0.0035
+    follow_sensor: bool = True
     floor: SupportSettings = field(default=FLOOR)
     table: SupportSettings = field(default=TABLE)
 
     def __post_init__(self) -> None:
-        _check_positive(self, [name for name in self.__slots__ if name not in ("floor", "table")])
+        others = ("floor", "table", "follow_sensor")
+        _check_positive(self, [name for name in self.__slots__ if name not in others])
+
+    def for_sensor(self, noise: float | None) -> Self:
+        """Return the thresholds for a sensor with this noise of inverse depth, 1/m.
+
+        None = not known. Nothing changes unless it is less than half of what is set.
+        """
+        if not self.follow_sensor or noise is None or noise > 0.5 * self.noise:
+            return self
+        noise = max(noise, MIN_NOISE)
+        reach = min((self.noise / noise) ** 0.5, MAX_REACH)
+        return replace(self, noise=noise, max_range=reach * self.max_range, follow_sensor=False)

@@ -150,15 +150,26 @@ def _area(points: Points, plane: Plane) -> float:
 def _is_large(points: Points, plane: Plane, up: Array) -> bool:
     if _area(points, plane) < MIN_TABLE_AREA:
         return False
-    xyz = points.xyz[plane.inliers]
+    piece = _largest_piece(plane.inliers)
+    if float(points.area[piece].sum()) < MIN_TABLE_AREA:
+        return False
+    xyz = points.xyz[piece]
     extent = [np.ptp(ends(xyz @ axis, 0.02)) for axis in horizontal_axes(up)]
     return float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
 
 
-def _height(points: Points, plane: Plane, up: Array) -> float:
+def _height(points: Points, inliers: Mask, up: Array) -> float:
     """Return a plane's height over the camera where it was seen: a tilt adds up elsewhere."""
-    some = np.flatnonzero(plane.inliers)[::8]
-    return float(np.median(points.xyz.reshape(-1, 3)[some] @ up))
+    some = np.flatnonzero(inliers)[::8]
+    return float(np.median(points.xyz.reshape(-1, 3)[some] @ up.astype(np.float32)))
+
+
+def _within(points: Points, plane: Plane, extent: Mask, up: Array) -> Plane:
+    """Return the part of a plane in an extent; level where the plane is mostly elsewhere."""
+    inside = plane.inliers & extent
+    if np.count_nonzero(inside) > 0.5 * np.count_nonzero(plane.inliers):
+        return plane
+    return Plane(up, -_height(points, inside, up), inside)
 
 
 def _plane_at(
@@ -178,8 +189,8 @@ def _plane_at(
     vertical = up.astype(np.float32)
     for plane in planes:
         is_there = extent is None or np.count_nonzero(plane.inliers & extent) >= 50
-        if is_there and abs(_height(points, plane, vertical) + offset) < tolerance:
-            return plane
+        if is_there and abs(_height(points, plane.inliers, vertical) + offset) < tolerance:
+            return plane if extent is None else _within(points, plane, extent, up)
     where = np.flatnonzero(np.isfinite(points.depth) if extent is None else extent)
     xyz, normals = points.xyz.reshape(-1, 3)[where], points.normals.reshape(-1, 3)[where]
     heights = xyz @ vertical
@@ -196,12 +207,9 @@ def above_footprint(
 
     margin: metres around the hull.
     """
-    pieces, piece, stats, _ = cv2.connectedComponentsWithStats(
-        cv2.dilate(plane.inliers.astype(np.uint8), np.ones((5, 5), np.uint8))
-    )
-    if pieces < 2:
-        return np.zeros(plane.inliers.shape, np.bool_)
-    largest = plane.inliers & (piece == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
+    largest = _largest_piece(plane.inliers)
+    if not largest.any():
+        return largest
     inner = cv2.erode(largest.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     axes = np.stack(horizontal_axes(plane.normal), axis=1)
     places = np.ascontiguousarray(points.xyz[largest & ~inner] @ axes.astype(np.float32))
@@ -215,3 +223,13 @@ def above_footprint(
     # The hull was drawn at the nearest corners of cells, so a cell is around its corner.
     corner = (low - cell / 2).astype(np.float64)
     return np.asarray(look_up(drawn, points.xyz, axes, corner, cell) > 0)
+
+
+def _largest_piece(inliers: Mask) -> Mask:
+    n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(
+        cv2.dilate(inliers.astype(np.uint8), np.ones((5, 5), np.uint8))
+    )
+    if n_pieces < 2:
+        return np.zeros(inliers.shape, np.bool_)
+    largest: Mask = inliers & (piece == 1 + int(np.argmax(statistics[1:, cv2.CC_STAT_AREA])))
+    return largest

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
-from curiosight.segmentation.planes import Plane, horizontal_axes, noise_band
+from curiosight.segmentation.planes import Plane, noise_band
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import PLANE_BAND, Scene, find_planes, share_below
@@ -32,6 +32,8 @@ class Survey:
     floor_height: metres along `up_world`; None = not known.
     tables: what stands on the floor and carries things, lowest first.
     walls: and other large upright planes, in the world's frame.
+    noise: of the sensor's inverse depth, 1/m, for `SegmentationSettings.for_sensor`; None = no
+        plane tells it.
     """
 
     scene: Scene = "floor"
@@ -39,6 +41,7 @@ class Survey:
     floor_height: float | None = None
     tables: tuple[Table, ...] = ()
     walls: tuple[Wall, ...] = ()
+    noise: float | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""
@@ -65,6 +68,8 @@ def survey_recording(
     observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _can_teach(frame)]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     up = world_up(posed) if len(posed) >= 3 else None
+    noise = _noise_on_planes(observed, up, settings)
+    settings = settings.for_sensor(noise)
     floor = None
     if up is not None:
         up, heights, areas = _world_supports(posed, up, settings)
@@ -74,9 +79,10 @@ def survey_recording(
     if scene == "auto":
         scene = _scene_of(observed, up, settings)
     if scene == "table" or up is None or floor is None:
-        return Survey("table" if scene == "table" else "floor", up)
+        return Survey("table" if scene == "table" else "floor", up, noise=noise)
     tables = _tables(posed, up, floor, settings)
-    return Survey("floor", up, floor, tables, _walls(posed, up, floor, tables, settings))
+    walls = _walls(posed, up, floor, tables, settings)
+    return Survey("floor", up, floor, tables, walls, noise)
 
 
 def _can_teach(frame: Frame) -> bool:
@@ -124,8 +130,7 @@ def _tables(
         surface = level_surface(points, rotation.T @ up, settings.noise)
         for found, xyz in ((level, surface), (seen, points.xyz.reshape(-1, 3))):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
-    axes = np.stack(horizontal_axes(up), axis=1)
-    return tuple(map_tables(np.concatenate(level), np.concatenate(seen), up, floor, axes))
+    return map_tables(np.concatenate(level), np.concatenate(seen), up, floor)
 
 
 def _walls(
@@ -178,16 +183,42 @@ def _scene_of(
     """Return what the lowest support is in most frames."""
     votes = []
     for points, pose in observed:
-        up: Array | None
-        if pose is not None and up_world is not None:
-            up = pose[:3, :3].T @ up_world
-        else:
-            keep = points.area > 0
-            up = up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
-        planes = find_planes(points, up, settings) if up is not None else []
+        planes = _planes_in(points, pose, up_world, settings)
         if planes:
             votes.append(_looks_like_table(points, max(planes, key=lambda plane: plane.offset)))
     return "table" if votes and np.mean(votes) > 0.5 else "floor"
+
+
+def _noise_on_planes(
+    observed: list[tuple[Points, Pose | None]],
+    up_world: Array | None,
+    settings: SegmentationSettings,
+    *,
+    n_deviations: float = 4.0,
+) -> float | None:
+    """Return so many robust standard deviations of inverse depth, 1/m, on supports; None = none.
+
+    Over a whole plane they hold what bends it too, not only what differs between neighbours.
+    """
+    deviations = []
+    for points, pose in observed:
+        for plane in _planes_in(points, pose, up_world, settings):
+            xyz = points.xyz[plane.inliers]
+            deviations.append(1.4826 * np.median(np.abs(plane.distance(xyz)) / xyz[:, 2] ** 2))
+    return n_deviations * float(np.median(deviations)) if deviations else None
+
+
+def _planes_in(
+    points: Points, pose: Pose | None, up_world: Array | None, settings: SegmentationSettings
+) -> list[Plane]:
+    """Return the horizontal planes of a frame, with or without a pose that tells what that is."""
+    up: Array | None
+    if pose is not None and up_world is not None:
+        up = pose[:3, :3].T @ up_world
+    else:
+        keep = points.area > 0
+        up = up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
+    return find_planes(points, up, settings) if up is not None else []
 
 
 def _looks_like_table(points: Points, lowest: Plane) -> bool:

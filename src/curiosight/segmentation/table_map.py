@@ -1,4 +1,4 @@
-"""The tables of a recording, from a map of all level surfaces that its frames show.
+"""The tables and other furniture of a recording, from a map of all that its frames show.
 
 One frame sees a table's top from the edge, in pieces between the things on it, or not at all.
 Then its legs look like things on the floor, and what stands on it like parts of it. Together
@@ -7,20 +7,29 @@ the frames know how high each table is and how far it reaches.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.segmentation.ground import (
+    CELL,
+    Ground,
+    area,
+    closed,
+    diagonal,
+    grown,
+    inset,
+    opened,
+    pieces,
+)
 from curiosight.segmentation.points import Points, look_up
 
 Array = npt.NDArray[Any]
+Mask = npt.NDArray[np.bool_]
 
-# Side of a map's cell, and thickness of its layers: metres.
-CELL, LAYER = 0.04, 0.02
 # A level surface is a table, not a box's lid or a chair's seat, from this size on.
 MIN_TABLE_AREA = 0.25
 MIN_TABLE_DIAGONAL = 0.7
@@ -32,18 +41,16 @@ MAX_LEVEL_ANGLE = np.radians(20)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """A table, a counter, a seat, a bed or a shelf.
+    """A table, a counter, or other furniture.
 
-    height: metres over the floor. area: square metres of its top that were seen.
-    axes: (3, 2) the map's two directions in the world, horizontal unit vectors.
-    low: (2,) metres along `axes` of the first cell's corner.
-    inset: (rows, columns) float32 metres that a cell lies inside the table's outline,
-        negative outside; rows along the second axis.
+    height: of its top, metres over the floor.
+    axes: (3, 2) the map's directions in the world, of columns and of rows, unit vectors.
+    low: (2,) metres along them of the first cell's corner.
+    inset: (rows, columns) float32 metres that a cell lies inside the outline, negative outside.
     carries_objects: False where what is on it is part of it: cushions, books in a shelf.
     """
 
     height: float
-    area: float
     axes: Array
     low: Array
     inset: npt.NDArray[np.float32]
@@ -56,36 +63,46 @@ class Table:
         """
         axes = T_world_camera[:3, :3].T @ self.axes
         corner = self.low - T_world_camera[:3, 3] @ self.axes
-        inset: Array = look_up(self.inset, points.xyz, axes, corner, CELL)
-        return inset
+        found: Array = look_up(self.inset, points.xyz, axes, corner, CELL)
+        return found
 
 
-def map_tables(level: Array, seen: Array, up: Array, floor: float, axes: Array) -> list[Table]:
-    """Return the tables of a recording, the lowest first.
+def map_tables(level: Array, seen: Array, up: Array, floor: float) -> tuple[Table, ...]:
+    """Return the tables of a recording, the lowest first, then other furniture.
 
     level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
-    up: (3,) unit vector; floor: metres along it. axes: see `Table`.
+    up: (3,) unit vector; floor: metres along it.
     """
-    heights = level @ up - floor
-    is_elevated = (heights > MIN_TABLE_HEIGHT) & (heights < MAX_TABLE_HEIGHT)
-    places, heights = level[is_elevated] @ axes, heights[is_elevated]
-    tables: list[Table] = []
-    while len(places):
-        layer = (heights / LAYER).astype(np.int64)
-        cells = np.unique(np.column_stack([layer, np.floor(places / CELL).astype(int)]), axis=0)
-        n_cells = np.convolve(np.bincount(cells[:, 0]), np.ones(3), "same")
-        if n_cells.max() * CELL**2 < 0.5 * MIN_TABLE_AREA:
-            break
-        near = np.abs(heights - (int(np.argmax(n_cells)) + 0.5) * LAYER) < 2.5 * LAYER
-        tables += _tables_at(places[near], heights[near], axes)
-        places, heights = places[~near], heights[~near]
-    tables.sort(key=lambda table: table.height)
-    lowest = [t for i, t in enumerate(tables) if not any(_holds(low, t) for low in tables[:i])]
-    places, heights = seen @ axes, seen @ up - floor
-    return [
-        replace(table, carries_objects=not _is_upholstered_or_full(table, places, heights))
-        for table in lowest
+    if len(seen) == 0:
+        return ()
+    ground = Ground.around(seen, up)
+    cells, heights = ground.cells(seen), seen @ up - floor
+    tops: list[tuple[float, Mask]] = []
+    for height, top in sorted(_tops(ground, level, level @ up - floor), key=lambda top: top[0]):
+        # The top of what stands on a table is none.
+        if not any(np.mean(lower[top]) > 0.5 for _, lower in tops):
+            tops.append((height, top))
+    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
+    highest = ground.highest(cells, heights)
+    n_points = ground.count(cells[heights > 0.10])
+    tables = []
+    for height, top in tops:
+        is_part = _is_upholstered_or_full(ground, height, top, cells, heights)
+        tables.append(_table(ground, height, top, carries_objects=not is_part))
+    bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
+    rest = [
+        _table(ground, float(np.median(highest[piece])), piece, carries_objects=False)
+        for piece in bulky
     ]
+    return (*tables, *rest)
+
+
+def _table(ground: Ground, height: float, top: Mask, *, carries_objects: bool) -> Table:
+    """Return a table with the map of its surroundings."""
+    rows, columns = np.nonzero(grown(top, 0.5))
+    window = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+    low = ground.low + CELL * np.array([columns.min(), rows.min()])
+    return Table(height, ground.axes, low, inset(top[window]), carries_objects)
 
 
 def level_surface(points: Points, up: Array, noise: float) -> Array:
@@ -109,90 +126,79 @@ def level_surface(points: Points, up: Array, noise: float) -> Array:
     return np.concatenate([points.xyz[is_level], *between])
 
 
-def _tables_at(places: Array, heights: Array, axes: Array, *, border: float = 0.5) -> list[Table]:
-    """Return the tables of about one height: connected pieces of the map that are large.
+def _tops(
+    ground: Ground, xyz: Array, heights: Array, *, step: float = 0.02
+) -> list[tuple[float, Mask]]:
+    """Return height and (rows, columns) extent of the large level surfaces.
 
-    border: metres of map around them.
+    xyz, heights: (n, 3) and (n,) of level surfaces. step: metres between layers.
     """
-    low = places.min(axis=0) - border
-    n_columns, n_rows = np.ceil((np.ptp(places, axis=0) + 2 * border) / CELL).astype(int)
-    column, row = ((places - low) / CELL).astype(np.int64).T
-    top = np.zeros((n_rows, n_columns), np.uint8)
-    top[row, column] = 1
-    # Narrow strips are edges of something else, such as the back of a chair.
-    top = cv2.morphologyEx(top, cv2.MORPH_CLOSE, _disc(0.04)).astype(np.uint8)
-    top = cv2.morphologyEx(top, cv2.MORPH_OPEN, _disc(0.04)).astype(np.uint8)
-    top = cv2.morphologyEx(top, cv2.MORPH_CLOSE, _disc(0.12)).astype(np.uint8)
-    n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(top)
-    found = []
-    for number in range(1, n_pieces):
-        area = float(statistics[number, cv2.CC_STAT_AREA]) * CELL**2
-        is_piece = (piece == number).astype(np.uint8)
-        _, size, _ = cv2.minAreaRect(np.argwhere(is_piece).astype(np.float32))
-        if area < MIN_TABLE_AREA or np.hypot(*size) * CELL < MIN_TABLE_DIAGONAL:
-            continue
-        height = float(np.median(heights[piece[row, column] == number]))
-        # What stands on a table hides some of it, and casts a shadow without readings.
-        reach = cv2.morphologyEx(is_piece, cv2.MORPH_CLOSE, _disc(0.25)).astype(np.uint8)
-        found.append(Table(height, area, axes, low, _inset(reach)))
+    is_elevated = (heights > MIN_TABLE_HEIGHT) & (heights < MAX_TABLE_HEIGHT)
+    cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
+    found: list[tuple[float, Mask]] = []
+    while len(cells):
+        layers = np.unique(np.stack([(heights / step).astype(np.int64), cells]), axis=1)[0]
+        n_cells = np.convolve(np.bincount(layers), np.ones(3), "same")
+        if n_cells.max() * CELL**2 < 0.5 * MIN_TABLE_AREA:
+            break
+        near = np.abs(heights - (int(np.argmax(n_cells)) + 0.5) * step) < 2.5 * step
+        # Narrow strips are edges of something else, such as the back of a chair.
+        layer = opened(closed(ground.count(cells[near]) > 0, 0.04), 0.04)
+        for piece in pieces(closed(layer, 0.12)):
+            if area(piece) >= MIN_TABLE_AREA and diagonal(piece) >= MIN_TABLE_DIAGONAL:
+                height = float(np.median(heights[near][piece.ravel()[cells[near]]]))
+                # What stands on a table hides some of it, and casts a shadow.
+                found.append((height, closed(piece, 0.25)))
+        cells, heights = cells[~near], heights[~near]
     return found
 
 
-def _inset(reach: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-    inside = cv2.distanceTransform(reach, cv2.DIST_L2, cv2.DIST_MASK_5)
-    outside = cv2.distanceTransform(1 - reach, cv2.DIST_L2, cv2.DIST_MASK_5)
-    return np.asarray((inside - outside) * CELL, np.float32)
-
-
-def _disc(radius: float) -> npt.NDArray[np.uint8]:
-    side = 2 * round(radius / CELL) + 1
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
-
-
-def _holds(lower: Table, upper: Table, *, min_share: float = 0.5) -> bool:
-    """Tell whether one table is on the other: then it is the tops of what stands there."""
-    shift = np.round((upper.low - lower.low) / CELL).astype(int)[::-1]
-    cells = np.argwhere(upper.inset > 0) + shift
-    is_on_map = ((cells >= 0) & (cells < lower.inset.shape)).all(axis=1)
-    row, column = cells[is_on_map].T
-    n_inside = int(np.count_nonzero(lower.inset[row, column] > 0))
-    return n_inside > min_share * len(cells)
-
-
 def _is_upholstered_or_full(
-    table: Table,
-    places: Array,
+    ground: Ground,
+    height: float,
+    top: Mask,
+    cells: Array,
     heights: Array,
     *,
     max_seat_height: float = 0.62,
     min_bed_area: float = 1.5,
-    min_enclosed: float = 0.35,
+    min_enclosed: float = 0.3,
     min_filled: float = 0.5,
 ) -> bool:
     """Tell a sofa or a bed, low and wide or with a back and arms, and a full shelf.
 
-    places: (n, 2) along the table's axes, and heights: (n,) over the floor, of all surfaces.
+    cells, heights: (n,) of all surfaces.
     min_enclosed: share of the edge along which something a little higher runs; a wall, which
         is higher still, does not count. min_filled: share of the top with something over it.
     """
-    is_full = (heights > table.height + 0.05) & (heights < table.height + 0.45)
-    filled = _highest(table, places[is_full], heights[is_full]) > 0
-    if np.mean(filled[table.inset > 0]) > min_filled:
+    over = cells[(heights > height + 0.05) & (heights < height + 0.45)]
+    if np.mean(ground.count(over)[top] > 0) > min_filled:
         return True
-    if table.height > max_seat_height or table.area > min_bed_area:
-        return table.height <= max_seat_height
-    highest = _highest(table, places, heights)
-    is_rim = (table.inset > -0.14) & (table.inset <= CELL)
-    rises = (highest > table.height + 0.08) & (highest < 1.2) & is_rim
-    beside = cv2.dilate(rises.astype(np.uint8), _disc(0.14)) > 0
-    is_edge = (table.inset > 0) & (table.inset <= CELL)
-    return float(np.mean(beside[is_edge])) > min_enclosed
+    if height > max_seat_height or area(top) > min_bed_area:
+        return height <= max_seat_height
+    highest = ground.highest(cells, heights)
+    inside = inset(top)
+    # Things on a table stand inside its outline, and only here and there along it.
+    is_rim = (inside > -0.14) & (inside <= 0)
+    rises = is_rim & (highest > height + 0.08) & (highest < 1.2)
+    is_edge = (inside > 0) & (inside <= CELL)
+    return float(np.mean(grown(rises, CELL)[is_edge])) > min_enclosed
 
 
-def _highest(table: Table, places: Array, heights: Array) -> Array:
-    """(rows, columns) height of the highest point over each cell, 0 = none."""
-    cells = np.floor((places - table.low) / CELL).astype(np.int64)[:, ::-1]
-    is_on_map = ((cells >= 0) & (cells < table.inset.shape)).all(axis=1)
-    highest = np.zeros(table.inset.shape)
-    np.maximum.at(highest, tuple(cells[is_on_map].T), heights[is_on_map])
-    return highest
+def _bulky_pieces(
+    highest: Array,
+    n_points: Array,
+    is_table: Mask,
+    *,
+    min_points: int = 6,
+    max_height: float = 1.3,
+    min_diagonal: float = 1.1,
+) -> list[Mask]:
+    """Return what stands on the floor and is wider than objects are, such as a sofa's back.
+
+    highest, n_points: (rows, columns) of all surfaces over the floor.
+    max_height: metres; what is higher is a wall.
+    """
+    is_wall = grown(highest >= max_height, 0.12)
+    is_bulk = (n_points >= min_points) & ~is_wall & ~is_table
+    return [piece for piece in pieces(is_bulk) if diagonal(piece) >= min_diagonal]

@@ -76,7 +76,7 @@ class Teacher:
         self, survey: Survey | None = None, settings: SegmentationSettings | None = None
     ) -> None:
         self.survey = survey or Survey()
-        self.settings = settings or SegmentationSettings()
+        self.settings = (settings or SegmentationSettings()).for_sensor(self.survey.noise)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame; without depth or a support all is unknown.

@@ -26,6 +26,7 @@ class Verdict(Enum):
     FAR = "reaches beyond the range"
     SMALL = "too small"
     LARGE = "too large"
+    HIGH = "too high over its support"
     FLAT = "hardly rises over its support"
     FLOATING = "stands on nothing"
     FURNITURE = "belongs to a piece of furniture"
@@ -75,12 +76,15 @@ def judge(
     limits = support.settings
     diagonal = float(np.linalg.norm(cluster.size))
     depth = around.points.depth.ravel()[members]
-    if around.border.ravel()[members].any():
+    if is_cut(members, around.border):
         return Verdict.CUT
     if diagonal < limits.min_size:
         return Verdict.SMALL
     if diagonal > limits.max_size or np.hypot(*cluster.size[:2]) > limits.max_width:
         return Verdict.LARGE
+    _, high = ends(support.heights.ravel()[members], 0.1)
+    if high > limits.max_size:
+        return Verdict.HIGH
     if any(_is_part_of_table(table, members, support) for table in around.supports):
         return Verdict.FURNITURE
     if np.count_nonzero(depth > around.settings.max_range - 0.05) > 5:
@@ -88,19 +92,29 @@ def judge(
     if any(_is_part_of_wall(wall, members, support, around) for wall in around.walls):
         return Verdict.WALL_PART
     noise = around.settings.noise * cluster.distance**2
-    if ends(support.heights.ravel()[members], 0.1)[1] < 2 * (limits.slab + noise):
+    if high < 2 * (limits.slab + noise):
         return Verdict.FLAT
     return Verdict.OBJECT if stands else Verdict.FLOATING
 
 
+def is_cut(members: Array, border: Mask, *, max_share: float = 0.02) -> bool:
+    """Tell whether a cluster touches the border, by more than stray points beside it."""
+    n_cut = int(np.count_nonzero(border.ravel()[members]))
+    return n_cut > max_share * len(members)
+
+
 def _is_part_of_table(table: Support, members: Array, support: Support) -> bool:
-    """Tell whether a cluster on the floor is a seat's cushion or arm, or the leg of a table."""
+    """Tell whether a cluster on the floor is a seat's cushion or arm, or a table's leg or apron.
+
+    Those end at the table's top, or are hidden above; the map may know only a part of the top.
+    """
     if support.is_table or table.extent is None or table.skirt is None:
         return False
-    is_close = np.mean(table.skirt.ravel()[members]) > 0.7
+    share = np.mean(table.skirt.ravel()[members])
     if not table.carries_objects:
-        return bool(is_close or np.mean(table.extent.ravel()[members]) > 0.03)
-    return bool(is_close and -0.5 < ends(table.heights.ravel()[members], 0.02)[1] < 0.05)
+        return bool(share > 0.7 or np.mean(table.extent.ravel()[members]) > 0.03)
+    top = ends(table.heights.ravel()[members], 0.02)[1]
+    return bool((share > 0.7 and -0.5 < top < 0.05) or (share > 0.2 and abs(top) < 0.05))
 
 
 def _is_part_of_wall(wall: Wall, members: Array, support: Support, around: Surroundings) -> bool:
@@ -110,8 +124,13 @@ def _is_part_of_wall(wall: Wall, members: Array, support: Support, around: Surro
     """
     xyz = around.points.xyz.reshape(-1, 3)[members]
     if np.mean(wall.is_before(xyz)) > 0.5:
-        gap = np.abs(wall.distance(xyz))
+        distance = wall.distance(xyz)
+        gap = np.abs(distance)
         if np.median(gap) < around.settings.wall_gap:
+            return True
+        # Seen through a window, not through a door.
+        floats = ends(support.heights.ravel()[members], 0.1)[0] > 0.3
+        if not support.is_table and floats and np.median(distance) < 0:
             return True
         if not support.is_table and ends(gap, 0.05)[1] < 2 * around.settings.wall_gap:
             return True
