@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,3 +47,18 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path | int) ->
 def files(folder: Path) -> set[str]:
     """Return the files of a folder, as relative paths."""
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def interrupt_at(
+    monkeypatch: pytest.MonkeyPatch, owner: object, method: str, turn: int = 1
+) -> None:
+    """Press Ctrl-C when a method is called for the `turn`-th time."""
+    original: Callable[..., object] = getattr(owner, method)
+    turns = iter(range(1, 1_000_000))
+
+    def pressed(*arguments: object, **options: object) -> object:
+        if next(turns) == turn:
+            signal.raise_signal(signal.SIGINT)
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(owner, method, pressed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -24,3 +25,9 @@ def model(room: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "learn"
     assert run(["learn", str(room), "--out", str(path), "--quiet"]) == 0
     return path
+
+
+@pytest.fixture
+def ctrl_c_as_usual() -> None:
+    """Have Ctrl-C interrupt, even where the tests run in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,8 +1,9 @@
-"""Small pictures of red things, a detector that labels them, and learners taught with both."""
+"""Small pictures, a detector that labels red things, and learners taught with both."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.learner import SaliencyLearner
@@ -43,3 +44,15 @@ def taught(n_frames: int = 3, **options) -> SaliencyLearner:
     for seed in range(n_frames):
         learner.observe(picture(seed))
     return learner
+
+
+def noise_in_blocks(
+    seed: int, *, height: int = 60, width: int = 130
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int32]]:
+    """Return noise, and blocks of random sizes as its superpixels."""
+    rng = np.random.default_rng(seed)
+    rgb = rng.integers(0, 256, (height, width, 3), np.uint8)
+    rows = np.cumsum(rng.random(height) < 0.1)
+    columns = np.cumsum(rng.random(width) < 0.1)
+    blocks = rows[:, None] * (columns.max() + 1) + columns
+    return rgb, np.unique(blocks, return_inverse=True)[1].reshape(blocks.shape).astype(np.int32)

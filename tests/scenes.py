@@ -1,4 +1,4 @@
-"""Frames of ray-cast scenes for the tests of the teacher."""
+"""Frames of ray-cast scenes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.features import shrink
 from curiosight.frame import Camera, Frame, Pose
 from room import ROOM, Box, View, kinect, look, render
 
@@ -52,3 +53,10 @@ def see(
 def as_frame(view: View, camera: Camera, T_world_camera: Pose | None = None) -> Frame:
     """Return a view as a frame, depth copied."""
     return Frame("view", view.rgb, view.depth.copy(), camera, T_world_camera)
+
+
+def photograph() -> npt.NDArray[np.uint8]:
+    """Return a room with the noise of a sensor, at the working size."""
+    rgb = shrink(see()[0].rgb).astype(np.int64)
+    noise = np.random.default_rng(0).normal(0, 4, rgb.shape)
+    return np.clip(rgb + noise, 0, 255).astype(np.uint8)

@@ -11,20 +11,10 @@ import numpy as np
 import pytest
 
 from command import succeed
-from curiosight.cli.app import run
 from recordings import truncate, write_depth, write_folder, write_image, write_seven_scenes
 from room import ROOM, kinect, poses_around, render
 
 Capsys = pytest.CaptureFixture[str]
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run that learned the room."""
-    folder = tmp_path_factory.mktemp("model")
-    write_folder(folder / "room", 4)
-    assert run(["learn", str(folder / "room"), "--out", str(folder / "run"), "--quiet"]) == 0
-    return folder / "run"
 
 
 @pytest.fixture

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from command import refusal, succeed
+from command import call, files, interrupt_at, refusal, succeed
 from curiosight.cli.app import run
 from curiosight.experiments import demonstrating
+from curiosight.learner import SaliencyLearner
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -28,7 +29,8 @@ def few_views() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("demo") / "out"
-    assert run(["demo", "--steps", "12", "--seed", "3", "--quiet", "--out", str(path)]) == 0
+    options = ["--steps", "12", "--seed", "3", "--preset", "default", "--quiet"]
+    assert run(["demo", *options, "--out", str(path)]) == 0
     return path
 
 
@@ -53,10 +55,13 @@ def test_it_learns_and_is_tested_after_the_things_were_moved(shown: Path) -> Non
 def test_the_report_shows_the_move_first(shown: Path) -> None:
     page = (shown / "report.html").read_text()
     after, unseen = page.index("After the things were moved"), page.index("never learned from")
-    assert after < unseen
-    # Four views, each with what the camera saw, the teacher and the model said, and the truth.
-    assert len(re.findall(r"<img", page[after:unseen])) >= 16
-    assert "fine-grained" in page
+    learned, numbers = page.index("views it learned from"), page.index("In numbers")
+    assert after < unseen < learned < numbers
+    # What the camera saw, the teacher and the model said, and the truth: of four views and three.
+    assert len(re.findall(r"<img", page[after:unseen])) == 16
+    assert len(re.findall(r"<img", page[unseen:learned])) == 12
+    assert page[numbers:].index("fine-grained") < page[numbers:].index("How it learned")
+    assert "curiosight demo --seed 3 --steps 12 --preset default" in page
     assert "table" in page  # the furniture on the map is named
     assert not re.search(r'(src|href)="(?!data:|#)', page)
 
@@ -80,6 +85,43 @@ def test_the_same_seed_gives_the_same_bytes_and_a_short_table(
         assert any(wanted in line for line in lines), wanted
     assert lines[-1].endswith("report.html")
     assert len(lines) < 20
+
+
+@pytest.mark.usefixtures("ctrl_c_as_usual")
+def test_interrupted_before_its_loop_it_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.setattr("curiosight.worlds.rooms.views.Renderer", lambda *_, **__: None)
+    interrupt_at(monkeypatch, demonstrating, "Exploration")
+    outcome = call(capsys, "demo", "--seed", "3", "--out", tmp_path / "out")
+    assert outcome.status == 130
+    assert outcome.err.splitlines()[-1] == "curiosight: interrupted"
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.usefixtures("ctrl_c_as_usual")
+@pytest.mark.parametrize(
+    ("owner", "method", "turn", "said", "n_tested"),
+    [
+        (SaliencyLearner, "learn", 2, "stopped after 2 steps; all is kept", 0),
+        (demonstrating, "fine_grained", 3, "after 4 steps and 3 test views after the move", 3),
+    ],
+)
+def test_interrupted_it_keeps_what_was_done_and_says_how_much(
+    owner: object, method: str, turn: int, said: str, n_tested: int,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(demonstrating, "N_VIEWS", 8)
+    monkeypatch.setattr(demonstrating, "N_TEST_VIEWS", 4)
+    interrupt_at(monkeypatch, owner, method, turn)
+    outcome = call(capsys, "demo", "--steps", 4, "--seed", 3, "--out", tmp_path / "out")
+    assert outcome.status == 130
+    assert said in outcome.err
+    assert summary_of(tmp_path / "out")["views_after_move"] == n_tested
+    assert {"report.html", "model.npz", "steps.csv"} <= files(tmp_path / "out")
+    page = (tmp_path / "out/report.html").read_text()
+    assert ("Then the things were moved" in page) == (n_tested > 0)
+    assert ("After the move: objects" in page) == (n_tested > 0)
 
 
 def test_mistakes_are_one_line(capsys: Capsys, tmp_path: Path) -> None:

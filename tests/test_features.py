@@ -1,8 +1,6 @@
-"""The 39 features and the 15 of contrast against slow, plain references."""
+"""The 39 colours around a superpixel against slow, plain references."""
 
 from __future__ import annotations
-
-from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -11,32 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curiosight.features import (
-    N_CONTRAST,
     N_FEATURES,
-    RowsPer,
     SeedsSegmenter,
-    count_features,
     describe,
-    describe_contrast,
     describe_pixels,
     describe_superpixels,
-    shrink,
 )
 from curiosight.features.colour import superpixel_means
-from scenes import see
+from pictures import noise_in_blocks
+from scenes import photograph
 
 Image = npt.NDArray[np.uint8]
 SMALL = (240, 320)
-
-
-def random_case(seed: int, *, height: int = 60, width: int = 130) -> tuple[Image, np.ndarray]:
-    """Return noise, and blocks of random sizes as its superpixels."""
-    rng = np.random.default_rng(seed)
-    rgb = rng.integers(0, 256, (height, width, 3), np.uint8)
-    rows = np.cumsum(rng.random(height) < 0.1)
-    columns = np.cumsum(rng.random(width) < 0.1)
-    blocks = rows[:, None] * (columns.max() + 1) + columns
-    return rgb, np.unique(blocks, return_inverse=True)[1].reshape(blocks.shape).astype(np.int32)
 
 
 def mean_map(rgb: Image, superpixels: np.ndarray) -> Image:
@@ -63,7 +47,7 @@ def features_by_shifting(rgb: Image, superpixels: np.ndarray) -> Image:
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10**6))
 def test_pixel_rows_equal_the_plain_features(seed: int) -> None:
-    rgb, superpixels = random_case(seed)
+    rgb, superpixels = noise_in_blocks(seed)
     rows, row_of_pixel = describe_pixels(rgb, superpixels)
     np.testing.assert_array_equal(rows[row_of_pixel], features_by_shifting(rgb, superpixels))
 
@@ -71,7 +55,7 @@ def test_pixel_rows_equal_the_plain_features(seed: int) -> None:
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10**6))
 def test_superpixel_rows_are_the_means_of_pixel_features(seed: int) -> None:
-    rgb, superpixels = random_case(seed)
+    rgb, superpixels = noise_in_blocks(seed)
     rows, row_of_pixel = describe_superpixels(rgb, superpixels)
     features = features_by_shifting(rgb, superpixels)
     for superpixel, row in enumerate(rows):
@@ -83,7 +67,7 @@ def test_superpixel_rows_are_the_means_of_pixel_features(seed: int) -> None:
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10**6))
 def test_superpixel_means_equal_numpy(seed: int) -> None:
-    rgb, superpixels = random_case(seed)
+    rgb, superpixels = noise_in_blocks(seed)
     n_superpixels = int(superpixels.max()) + 1
     means = superpixel_means(rgb, superpixels, n_superpixels + 1)
     np.testing.assert_array_equal(means[superpixels], mean_map(rgb, superpixels))
@@ -127,7 +111,7 @@ def test_image_of_one_colour_has_one_value(describe) -> None:  # type: ignore[no
 
 
 def test_mirrored_image_swaps_left_and_right() -> None:
-    rgb, superpixels = random_case(1)
+    rgb, superpixels = noise_in_blocks(1)
     rows, row_of_pixel = describe_pixels(rgb, superpixels)
     flipped_rows, flipped_row = describe_pixels(
         np.ascontiguousarray(rgb[:, ::-1]), np.ascontiguousarray(superpixels[:, ::-1])
@@ -141,7 +125,7 @@ def test_mirrored_image_swaps_left_and_right() -> None:
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 10**6))
 def test_numbering_of_superpixels_does_not_matter(seed: int) -> None:
-    rgb, superpixels = random_case(seed)
+    rgb, superpixels = noise_in_blocks(seed)
     order = np.random.default_rng(seed).permutation(superpixels.max() + 1).astype(np.int32)
     rows, row_of_pixel = describe(rgb, superpixels, rows_per="superpixel", contrast=True)
     other_rows, other_row_of_pixel = describe(
@@ -150,153 +134,9 @@ def test_numbering_of_superpixels_does_not_matter(seed: int) -> None:
     np.testing.assert_array_equal(other_rows[other_row_of_pixel], rows[row_of_pixel])
 
 
-def blurred(image: np.ndarray, taps: np.ndarray) -> np.ndarray:
-    """Convolve (h, w, 3) by the same taps down and across; its border is mirrored."""
-    reach = len(taps) // 2
-    for axis in (0, 1):
-        padding = [(0, 0)] * 3
-        padding[axis] = (reach, reach)
-        padded = np.pad(image, padding, mode="reflect")
-        size = image.shape[axis]
-        image = sum(tap * np.take(padded, range(k, k + size), axis) for k, tap in enumerate(taps))  # type: ignore[assignment]
-    return image
-
-
-def between_pixels(image: np.ndarray, v: float, u: float) -> np.ndarray:
-    """Interpolate linearly between the four pixels around (v, u); the border repeats."""
-    height, width = image.shape[:2]
-    total = np.zeros(3)
-    for row in (int(v), int(v) + 1):
-        for column in (int(u), int(u) + 1):
-            weight = (1 - abs(v - row)) * (1 - abs(u - column))
-            total += weight * image[min(row, height - 1), min(column, width - 1)]
-    return total
-
-
-def contrast_of(image: Image, superpixels: np.ndarray, superpixel: int) -> np.ndarray:
-    """Return the 15 numbers of one superpixel, before they are rounded."""
-    inside = superpixels == superpixel
-    v, u = np.argwhere(inside).mean(axis=0)
-    mean = image[inside].mean(axis=0)
-    gauss = np.exp(-(np.arange(-4, 5) ** 2) / 2)
-    smaller, numbers = image.astype(float), []
-    for level in range(1, 6):
-        smaller = blurred(smaller, np.array([1, 4, 6, 4, 1]) / 16)[::2, ::2]
-        if level >= 2:
-            around = blurred(smaller, gauss / gauss.sum())
-            numbers.append(mean - between_pixels(around, v / 2**level, u / 2**level) + 128)
-    return np.concatenate([*numbers, 2 * image[inside].std(axis=0)])
-
-
-@settings(max_examples=10, deadline=None)
-@given(st.integers(0, 10**6), st.integers(24, 90))
-def test_contrast_equals_the_plain_one(seed: int, height: int) -> None:
-    image, superpixels = random_case(seed, height=height)
-    image[superpixels == 0] //= 4
-    rows = describe_contrast(image, superpixels)
-    assert rows.shape == (superpixels.max() + 1, N_CONTRAST)
-    for superpixel in range(0, len(rows), 7):
-        expected = np.clip(contrast_of(image, superpixels, superpixel), 0, 255)
-        assert np.abs(rows[superpixel] - expected).max() < 0.502
-
-
-def test_contrast_tells_a_thing_from_its_ground_whatever_its_brightness() -> None:
-    """A thing 40 lighter than its ground, 16 pixels wide: least so where it is its own ground."""
-    image = np.full((*SMALL, 3), 100, np.uint8)
-    image[112:128, 152:168] = (140, 100, 60)
-    superpixels = np.zeros(SMALL, np.int32)
-    superpixels[112:128, 152:168] = 1
-    rows = describe_contrast(image, superpixels)
-    differences = rows[1, :12].reshape(4, 3).astype(int) - 128
-    assert (np.diff(differences[:, 0]) > 0).all()
-    assert differences[3].tolist() == [pytest.approx(39, abs=2), 0, pytest.approx(-39, abs=2)]
-    assert rows[1, 12:].tolist() == [0, 0, 0]
-    np.testing.assert_array_equal(describe_contrast(image + 50, superpixels), rows)
-
-
-def test_contrast_beyond_eight_bits_is_cut() -> None:
-    image = np.zeros((*SMALL, 3), np.uint8)
-    image[100:108, 100:108] = 255
-    image[::2, ::2] = 255
-    superpixels = np.zeros(SMALL, np.int32)
-    superpixels[100:108, 100:108] = 1
-    rows = describe_contrast(image, superpixels)
-    assert (rows[1, :12] == 255).any()
-    assert rows[0, 12:].tolist() == [pytest.approx(2 * 255 * np.sqrt(3) / 4, abs=1)] * 3
-
-
-@pytest.mark.parametrize("rows_per", get_args(RowsPer))
-def test_rows_carry_the_contrast_of_the_superpixel_they_lie_in(rows_per: RowsPer) -> None:
-    image = photograph()
-    superpixels = SeedsSegmenter()(image)
-    plain, row_of_pixel = describe(image, superpixels, rows_per=rows_per, contrast=False)
-    rows, same_row_of_pixel = describe(image, superpixels, rows_per=rows_per, contrast=True)
-    np.testing.assert_array_equal(row_of_pixel, same_row_of_pixel)
-    assert plain.shape[1] == count_features(contrast=False) == 39
-    assert rows.shape[1] == count_features(contrast=True) == 54
-    assert rows.dtype == np.uint8
-    np.testing.assert_array_equal(rows[:, :39], plain)
-    of_superpixels = describe_contrast(image, superpixels)
-    np.testing.assert_array_equal(rows[row_of_pixel][..., 39:], of_superpixels[superpixels])
-
-
-def test_a_superpixel_without_pixels_is_no_harm() -> None:
-    image, superpixels = random_case(3)
-    superpixels += 1
-    rows, _ = describe(image, superpixels, rows_per="superpixel", contrast=True)
-    assert len(rows) == superpixels.max() + 1
-    shifted, _ = describe(image, superpixels - 1, rows_per="superpixel", contrast=True)
-    np.testing.assert_array_equal(rows[1:], shifted)
-
-
-def photograph() -> Image:
-    """Return a room with the noise of a sensor, at the working size."""
-    rgb = shrink(see()[0].rgb).astype(np.int64)
-    noise = np.random.default_rng(0).normal(0, 4, rgb.shape)
-    return np.clip(rgb + noise, 0, 255).astype(np.uint8)
-
-
-def test_seeds_makes_520_superpixels_without_a_gap() -> None:
-    superpixels = SeedsSegmenter()(photograph())
-    assert superpixels.shape == SMALL
-    assert superpixels.dtype == np.int32
-    np.testing.assert_array_equal(np.unique(superpixels), np.arange(520))
-
-
-def test_seeds_gives_the_same_answer_again_and_after_another_size() -> None:
-    rgb, segmenter = photograph(), SeedsSegmenter()
-    first = segmenter(rgb).copy()
-    np.testing.assert_array_equal(segmenter(rgb), first)
-    segmenter(np.ascontiguousarray(rgb[:200]))
-    np.testing.assert_array_equal(segmenter(rgb), first)
-
-
 def test_pixel_rows_are_shared_but_exact_on_a_photograph() -> None:
     rgb = photograph()
     superpixels = SeedsSegmenter()(rgb)
     rows, row_of_pixel = describe_pixels(rgb, superpixels)
     assert len(rows) < 0.8 * superpixels.size
     np.testing.assert_array_equal(rows[row_of_pixel], features_by_shifting(rgb, superpixels))
-
-
-@pytest.mark.parametrize(
-    ("size", "small"),
-    [((480, 640), (240, 320)), ((240, 320), (240, 320)), ((1080, 1920), (180, 320))],
-)
-def test_shrink_brings_images_to_the_working_width(
-    size: tuple[int, int], small: tuple[int, int]
-) -> None:
-    rgb = np.random.default_rng(0).integers(0, 256, (*size, 3), np.uint8)
-    assert shrink(rgb).shape == (*small, 3)
-
-
-def test_half_size_is_the_mean_of_four_pixels() -> None:
-    rgb = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
-    blocks = rgb.reshape(240, 2, 320, 2, 3).mean(axis=(1, 3))
-    assert np.abs(shrink(rgb) - blocks).max() <= 0.5
-
-
-@pytest.mark.parametrize("size", [(20, 640), (40, 2000), (6000, 300)])
-def test_images_too_flat_or_too_tall_are_refused(size: tuple[int, int]) -> None:
-    with pytest.raises(ValueError, match="rgb: expected an image about as high as wide"):
-        shrink(np.zeros((*size, 3), np.uint8))

@@ -7,19 +7,17 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import curiosight_command
-from command import Outcome, call, files
+from command import Outcome, call, files, interrupt_at
 from curiosight.cli.interrupt import CtrlC
 from curiosight.learner import SaliencyLearner
-from recordings import write_folder
 
 Capsys = pytest.CaptureFixture[str]
-N_FRAMES = 8
+pytestmark = pytest.mark.usefixtures("ctrl_c_as_usual")
 # A test that runs in the background of a shell hands down an ignored Ctrl-C.
 PROGRAM = """
 import signal
@@ -27,33 +25,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 from curiosight.cli import main
 main()
 """
-
-
-@pytest.fixture(scope="module")
-def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("recordings") / "room"
-    write_folder(path, N_FRAMES)
-    return path
-
-
-@pytest.fixture(autouse=True)
-def _ctrl_c_as_usual() -> None:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def interrupt_at(
-    monkeypatch: pytest.MonkeyPatch, owner: object, method: str, turn: int = 1
-) -> None:
-    """Press Ctrl-C when a method is called for the `turn`-th time."""
-    original: Callable[..., object] = getattr(owner, method)
-    turns = iter(range(1, 1_000_000))
-
-    def pressed(*arguments: object, **options: object) -> object:
-        if next(turns) == turn:
-            signal.raise_signal(signal.SIGINT)
-        return original(*arguments, **options)
-
-    monkeypatch.setattr(owner, method, pressed)
 
 
 def test_first_press_waits_and_the_second_does_not() -> None:

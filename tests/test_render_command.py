@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command import refusal, succeed
+from command import call, interrupt_at, refusal, succeed
 from curiosight.datasets import check_dataset, open_dataset
 from curiosight.datasets.seven_scenes import COLOUR_FROM_DEPTH_METRES
+from curiosight.experiments import rendering
 from curiosight.worlds import open_source
 from curiosight.worlds.rooms.views import RoomViews
 
@@ -80,6 +81,20 @@ def test_chosen_places_are_looked_from(views: RoomViews, tmp_path: Path, capsys:
     assert pose is not None
     np.testing.assert_allclose(pose[:3, 3], (x, y, 1.0), atol=1e-6)
     assert np.degrees(np.arctan2(pose[1, 2], pose[0, 2])) == pytest.approx(45)
+
+
+@pytest.mark.usefixtures("ctrl_c_as_usual")
+@pytest.mark.parametrize("layout", ["tum", "7scenes"])
+def test_interrupted_it_leaves_a_recording_of_what_is_written(
+    layout: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    interrupt_at(monkeypatch, rendering, "_in_units", turn=2)
+    outcome = call(capsys, "render", ROOM, "--layout", layout, "--out", tmp_path / "out")
+    assert outcome.status == 130
+    assert "stopped after 2 views; these are kept" in outcome.err
+    recording = open_dataset(tmp_path / "out")
+    check_dataset(recording)
+    assert len(recording) == 2
 
 
 @pytest.mark.parametrize(

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import base64
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from html.parser import HTMLParser
+from dataclasses import replace
 from pathlib import Path
-from xml.etree.ElementTree import Element, TreeBuilder
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from command import succeed
 from curiosight.errors import DataError
-from curiosight.exploration.from_above import FromAbove, seen_from_above
+from curiosight.exploration.from_above import seen_from_above
 from curiosight.frame import Label
 from curiosight.segmentation import Segmentation
-from curiosight.viewing.examples import Example
 from curiosight.viewing.overlays import overlay_labels, overlay_saliency
 from curiosight.viewing.report import (
     ExampleGroup,
-    Footprint,
-    Making,
     Report,
     ResultRow,
     Results,
@@ -34,135 +25,23 @@ from curiosight.viewing.report import (
     report_html,
     write_report,
 )
-from curiosight.viewing.report.region_time import region_styles
-from room import ROOM, kinect, poses_around, render
+from reports import (
+    NAMES,
+    VIEW,
+    Page,
+    Row,
+    example,
+    of_class,
+    pictures_of,
+    read,
+    report,
+    room_map,
+    rows,
+    text_of,
+)
 
 HOSTILE = "</style></title><script>alert('1')</script>\" onload=\"x&amp; 'é\udcff"
-NAMES = ("x0 y0", "x0 y1", "x1 y0")
-VIEW = render(kinect(640, 480), poses_around(1)[0])
-SECTIONS = ["examples", "curve", "map", "regions", "problems", "limits", "making"]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A step as the report needs it."""
-
-    step: int
-    region: int
-    error: float | None
-    overall_error: float | None
-    learning_progress: float | None = None
-
-
-def rows(n_steps: int = 40) -> list[Row]:
-    """Return steps in one region after the other; every third frame shows no object."""
-    return [
-        Row(step, 3 * step // n_steps, None if step % 3 == 2 else 1 / (1 + step), 0.9**step, 0.01)
-        for step in range(n_steps)
-    ]
-
-
-def example(caption: str = "frame-7") -> Example:
-    labels = np.where(VIEW.ground_truth == 255, Label.SALIENT, Label.NOT_SALIENT)
-    labels[:, :100] = Label.UNKNOWN
-    saliency = cv2.resize(VIEW.ground_truth, (160, 120)) / np.float32(255)
-    truth = VIEW.ground_truth
-    taught = Segmentation.of_labels(labels.astype(np.uint8))
-    return Example(caption, VIEW.rgb, taught, saliency, truth)
-
-
-def room_map(n_posed: int = 6) -> RoomMap:
-    poses = [*poses_around(n_posed), None, None]
-    outline = np.array([[-3, -3], [3, -3], [3, 3], [-3, 3]], float)
-    things = [Footprint(f"box {i}", outline / 10 + box.centre[:2]) for i, box in enumerate(ROOM)]
-    return RoomMap(
-        seen_from_above(poses, (0, 0, 1)),
-        np.arange(len(poses)) % 4 - 1,
-        [0, 3, 3, 5, n_posed],
-        outline,
-        [*things, Footprint("mug", outline / 50, is_object=True)],
-    )
-
-
-def report(name: str = "kitchen") -> Report:
-    """Return a report with everything in it, called `name` wherever a name can stand."""
-    return Report(
-        title=name,
-        sentence=f"Looked at {name}.",
-        took="It took 3 seconds.",
-        results=[Results(name, ("before", name), (ResultRow(name, ("0.9", name), name),))],
-        examples=[ExampleGroup(name, [example(name)]), ExampleGroup("none", [])],
-        steps=rows(),
-        region_names=(name, *NAMES[1:]),
-        room_map=replace(room_map(), footprints=[Footprint(name, np.eye(3)[:, :2])]),
-        making=Making(name, {name: name}, name, {name: 1.5}, {name: name}),
-        problems=[name],
-        limits=[name],
-    )
-
-
-class Page(HTMLParser):
-    """Read a page as a tree; every element must be closed where it belongs."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._builder = TreeBuilder()
-        self._open: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        assert len(attrs) == len(dict(attrs)), "an attribute is given twice"
-        self._builder.start(tag, {name: value or "" for name, value in attrs})
-        if tag in ("meta", "img"):
-            self._builder.end(tag)
-        else:
-            self._open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self._open.pop() == tag
-        self._builder.end(tag)
-
-    def handle_data(self, data: str) -> None:
-        if self._open:
-            self._builder.data(data)
-        else:
-            assert not data.strip()
-
-    @classmethod
-    def read(cls, page: str) -> Element:
-        parser = cls()
-        parser.feed(page)
-        parser.close()
-        assert not parser._open
-        return parser._builder.close()
-
-
-def read(told: Report) -> Element:
-    return Page.read(report_html(told))
-
-
-def of_class(tree: Element, name: str) -> list[Element]:
-    return [found for found in tree.iter() if name in found.get("class", "").split()]
-
-
-def text_of(element: Element) -> str:
-    return "".join(element.itertext())
-
-
-def points_of(path: str) -> np.ndarray:
-    """Return the (n, 2) points that an SVG path of absolute moves and lines goes through."""
-    numbers = [float(number) for number in re.findall(r"-?[\d.]+", re.sub(r"h\.01", "", path))]
-    return np.array(numbers).reshape(-1, 2)
-
-
-def pictures_of(tree: Element) -> Iterator[np.ndarray]:
-    """Yield the images of the examples, (h, w, 3) RGB."""
-    for row in of_class(tree, "pictures"):
-        for image in row.iter("img"):
-            content = base64.b64decode(image.get("src", "").partition(",")[2])
-            decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
-            assert decoded is not None
-            assert (image.get("width"), image.get("height")) == ("480", "360")
-            yield decoded[..., ::-1]
+SECTIONS = ["examples", "results", "curve", "map", "regions", "problems", "limits", "making"]
 
 
 class TestPage:
@@ -196,6 +75,7 @@ class TestPage:
         ("left_out", "sections"),
         [
             ({"examples": [ExampleGroup("none", [])]}, {"examples"}),
+            ({"results": [Results("none", (), ())]}, {"results"}),
             ({"steps": []}, {"curve", "regions"}),
             ({"steps": [Row(0, 0, None, None)]}, {"curve"}),
             ({"region_names": ()}, {"regions"}),
@@ -275,106 +155,6 @@ class TestExamples:
         assert expected in [image.get("alt") for image in tree.iter("img")]
 
 
-class TestCurve:
-    def test_points_are_the_errors(self):
-        steps = rows()
-        tree = read(replace(report(), steps=steps))
-        (overall,), (dots,) = of_class(tree, "overall")[:1], of_class(tree, "dots")
-        expected = [(100 * row.step / 39, 100 * (1 - row.overall_error)) for row in steps]
-        np.testing.assert_allclose(points_of(overall.get("d")), expected, atol=0.006)
-        known = [row for row in steps if row.error is not None]
-        expected = [(100 * row.step / 39, 100 * (1 - row.error)) for row in known]
-        np.testing.assert_allclose(points_of(dots.get("d")), expected, atol=0.006)
-
-    def test_lines_are_named_with_the_error_at_their_end(self):
-        ends = {text_of(label) for label in of_class(read(report()), "end")}
-        late = [row.error for row in rows() if row.error is not None][-10:]
-        assert ends == {f"{0.9**39:.2f}test views", f"{np.mean(late):.2f}each frame"}
-
-    def test_mean_line_starts_with_the_first_error(self):
-        steps = [Row(step, 0, 0.25, None) for step in range(5)]
-        (mean, label) = of_class(read(replace(report(), steps=steps)), "mean")
-        np.testing.assert_allclose(points_of(mean.get("d"))[:, 1], 75)
-        assert text_of(label) == "0.25each frame"
-
-    def test_one_step_is_a_point(self):
-        tree = read(replace(report(), steps=[Row(0, 0, 0.5, 0.25)]))
-        np.testing.assert_allclose(points_of(of_class(tree, "overall")[0].get("d")), [[0, 75]])
-
-
-class TestMap:
-    def test_dots_are_where_it_looked(self):
-        tree, room = read(replace(report(), room_map=room_map())), room_map()
-        dots = of_class(tree, "dot")
-        places = {(float(dot.get("cx")), -float(dot.get("cy"))) for dot in dots}
-        expected = {tuple(room.views.positions[view].round(3)) for view in (0, 3, 5)}
-        assert places == expected
-        largest = max(dots, key=lambda dot: float(dot.get("r")))
-        assert float(largest.get("cx")) == pytest.approx(room.views.positions[3, 0], abs=1e-3)
-
-    def test_wedges_open_to_where_it_looked(self):
-        views = FromAbove(np.array([[1.0, 2.0], [0.0, 0.0]]), np.array([np.pi / 2, 0.0]))
-        tree = read(replace(report(), room_map=RoomMap(views, np.array([0, 1]), [0])))
-        (wedge,) = of_class(tree, "wedge")
-        assert wedge.get("class") == "wedge r0"
-        position, left, *_, right = points_of(re.sub(r"A\S+ \S+ 0 0 1 ", " ", wedge.get("d")))
-        np.testing.assert_allclose(position, (1, -2))
-        assert left[0] < 1 < right[0]
-        assert left[1] == right[1] < -2, "up on the map is less in SVG"
-
-    def test_walls_and_things_are_drawn_and_furniture_named(self):
-        tree = read(replace(report(), room_map=room_map()))
-        (walls,) = of_class(tree, "walls")
-        np.testing.assert_allclose(points_of(walls.get("d")), [(-3, 3), (3, 3), (3, -3), (-3, -3)])
-        assert len(of_class(tree, "furniture")) == len(ROOM)
-        assert len(of_class(tree, "object")) == 1
-        names = [text_of(name) for name in of_class(tree, "thing")]
-        assert [name for name in names if name] == [f"box {i}" for i in range(len(ROOM))]
-
-    def test_views_beyond_counting_stay_a_small_page(self):
-        n_views = 30_000
-        around = np.linspace(0, 2 * np.pi, n_views)
-        views = FromAbove(np.stack([np.cos(around), np.sin(around)], axis=1), around)
-        room = RoomMap(views, np.arange(n_views) % 3, list(range(0, n_views, 2)))
-        assert len(report_html(Report("", "", room_map=room, region_names=NAMES))) < 600_000
-
-
-class TestRegions:
-    def test_rows_count_the_frames(self):
-        tree = read(replace(report(), region_names=NAMES, steps=rows(30)))
-        (table,) = of_class(tree, "regions")
-        assert [text_of(row) for row in table.iter("tr")][1:] == [f"{name}10" for name in NAMES]
-
-    def test_strips_fill_while_it_was_there(self):
-        tree = read(replace(report(), region_names=NAMES, steps=rows(30)))
-        for region, area in enumerate(of_class(tree, "share")):
-            assert area.get("class") == f"share r{region}"
-            points = points_of(area.get("d"))
-            at_middle = points[np.argmin(np.abs(points[:, 0] - 100 * (region + 0.5) / 3))]
-            assert at_middle[1] == 0, "the whole window was spent there"
-            elsewhere = points[np.argmin(np.abs(points[:, 0] - 100 * ((region + 1.5) % 3) / 3))]
-            assert elsewhere[1] == 100
-
-    def test_progress_is_known_from_its_first_step_on_and_never_negative(self):
-        known = [Row(0, 0, 1, 1), Row(1, 0, 1, 1, 0.4), Row(2, 1, 1, 1), Row(3, 0, 1, 1, -0.4)]
-        tree = read(replace(report(), region_names=NAMES[:2], steps=known))
-        (line,) = of_class(tree, "progress")
-        expected = [(33.3, 0), (66.7, 0), (100, 100)]
-        np.testing.assert_allclose(points_of(line.get("d")), expected)
-
-    @given(st.lists(st.text("xy 012", min_size=1), min_size=1, max_size=20, unique=True))
-    def test_colours_show_on_light_and_on_dark_pages(self, names):
-        light, dark = region_styles(names).split("@media")
-        for style, page in ((light, 1.0), (dark, 0.01)):
-            codes = re.findall(r"\.r\d+\{--hue:#(\w{6})\}", style)
-            assert len(codes) == len(names)
-            for code in codes:
-                srgb = np.array([int(code[i : i + 2], 16) / 255 for i in (0, 2, 4)])
-                luminance = (srgb**2.2) @ [0.2126, 0.7152, 0.0722]
-                contrast = (max(luminance, page) + 0.05) / (min(luminance, page) + 0.05)
-                assert contrast > 1.7
-
-
 def test_exploration_is_reported_the_same_but_for_the_time(
     room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -385,7 +165,7 @@ def test_exploration_is_reported_the_same_but_for_the_time(
         pages.append((tmp_path / name / "report.html").read_text("utf-8"))
     tree = Page.read(pages[0])
     sections = [section.get("aria-labelledby") for section in tree.iter("section")]
-    assert sections == ["examples", "curve", "map", "regions", "limits", "making"]
+    assert sections == ["examples", "results", "curve", "map", "regions", "limits", "making"]
     captions = [text_of(row[0]) for row in of_class(tree, "example")]
     assert set(captions[:2]) == {"000000", "000004"}, "the test views come first"
     assert len(captions) == len(set(captions)) == len(of_class(tree, "of-4")) > 2

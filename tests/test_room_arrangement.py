@@ -16,6 +16,7 @@ from curiosight.worlds.rooms.arrangement import (
     rearranged,
 )
 from curiosight.worlds.rooms.mesh import Material, Mesh, standing
+from curiosight.worlds.rooms.plan import FloorPlan
 from curiosight.worlds.rooms.scene import Role
 from curiosight.worlds.rooms.shapes import box
 from curiosight.worlds.rooms.things.kind import Kind
@@ -43,7 +44,7 @@ KINDS = (
 
 
 def empty() -> Arrangement:
-    return Arrangement(OUTLINE, [TABLE], [corners(TABLE_FOOT)])
+    return Arrangement(FloorPlan(OUTLINE, 2.5), [TABLE], [corners(TABLE_FOOT)])
 
 
 def arranged(seed: int = 0) -> list[Thing]:
@@ -121,7 +122,7 @@ def test_rearranging_moves_leaves_out_and_adds() -> None:
 
 
 def test_where_nothing_fits_nothing_is_put() -> None:
-    closet = Arrangement(corners(np.array([0, 0, 0.4, 0.4])), [], [])
+    closet = Arrangement(FloorPlan(corners(np.array([0, 0, 0.4, 0.4])), 2.5), [], [])
     closet.fill(KINDS, 5, np.random.default_rng(0))
     assert closet.things == []
 

@@ -51,6 +51,7 @@ def test_what_is_written_reads_back(source: str) -> None:
         ("room:1,views=1e3", "views: expected a whole number, got '1e3'"),
         ("room:1,blur=maybe", "blur: expected yes or no, got 'maybe'"),
         ("room:1,rearrange=-2", "rearrange: expected 0 or more"),
+        ("room:1,plan=l,plan=rect", "expected plan= once, got it twice"),
     ],
 )
 def test_bad_rooms_are_named(source: str, complaint: str) -> None:

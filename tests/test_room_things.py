@@ -9,18 +9,8 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.worlds.rooms.mesh import Material, Mesh
-from curiosight.worlds.rooms.shapes import (
-    box,
-    cylinder,
-    disc,
-    ellipsoid,
-    extrude,
-    lathe,
-    panel,
-    ring,
-    rounded_box,
-    tube,
-)
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, disc, extrude, panel, rounded_box
 from curiosight.worlds.rooms.surfaces import arc, scaled, sheet, turned, warped
 from curiosight.worlds.rooms.things import KINDS, Kind
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from curiosight.worlds.rooms.viewpoints import camera_pose
 from curiosight.worlds.rooms.views import RoomViews
 
 SETTINGS = RoomSettings(seed=5, views=24)
+DOCS = Path(__file__).parent.parent / "docs/rooms.md"
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +50,14 @@ def test_views_keep_the_contract_of_a_recording(views: RoomViews) -> None:
     assert views.ids[0] == "train-000"
     assert all(views.has_ground_truth(index) for index in range(len(views)))
     assert not views.free_space.contains(np.array([-1.0, -1.0]))
+
+
+def test_the_python_of_the_documentation_runs() -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", DOCS.read_text("utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(code, names)
+    look = names["look"]
+    assert look.frame.rgb.shape[:2] == look.truth.shape == look.true_depth.shape == look.ids.shape
 
 
 def test_a_room_holds_objects_furniture_and_walls(room: Room) -> None:

@@ -1,17 +1,25 @@
-"""Supports, walls and clusters of scenes whose planes are known."""
+"""Supports and walls of scenes whose planes are known."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from curiosight.frame import Frame
-from curiosight.segmentation.clusters import euclidean_clusters
-from curiosight.segmentation.planes import find_supports, horizontal_axes, noise_band
+from curiosight.segmentation.planes import (
+    Surface,
+    _sum_area,
+    _sum_rays,
+    find_supports,
+    fit_plane,
+    horizontal_axes,
+    mask_of,
+    noise_band,
+)
 from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
@@ -21,7 +29,7 @@ from curiosight.segmentation.supports import (
     share_below,
 )
 from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, ups_from_normals
-from curiosight.segmentation.walls import find_walls
+from curiosight.segmentation.walls import Wall, find_walls
 from room import ROOM, Box
 from scenes import CAMERA, ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
 
@@ -180,40 +188,84 @@ def test_horizontal_axes_are_level_and_at_right_angles(direction: Points3) -> No
     np.testing.assert_allclose(basis @ basis.T, np.eye(3), atol=1e-9)
 
 
-def clusters_by_flooding(xyz: Points3, tolerance: float) -> npt.NDArray[np.int64]:
-    """Number points by brute force: neighbours within the tolerance share a number."""
-    near = np.linalg.norm(xyz[:, None] - xyz[None], axis=2) <= tolerance
-    number = np.full(len(xyz), -1)
-    for seed in range(len(xyz)):
-        open_points = [seed] if number[seed] < 0 else []
-        while open_points:
-            point = open_points.pop()
-            number[point] = seed
-            open_points += list(np.flatnonzero(near[point] & (number < 0)))
-    return number
+def random_points(rng: np.random.Generator, n: int) -> npt.NDArray[np.float32]:
+    """(n, 3) points in view of a camera."""
+    return rng.uniform((-1, -1, 0.5), (1, 1, 3), (n, 3)).astype(np.float32)
 
 
-def same_partition(a: npt.NDArray[np.int64], b: npt.NDArray[np.int64]) -> bool:
-    n_pairs = len({*zip(a.tolist(), b.tolist(), strict=True)})
-    return n_pairs == len({*a.tolist()}) == len({*b.tolist()})
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10**6), st.integers(1, 150))
-def test_clusters_equal_brute_force_where_voxels_are_tiny(seed: int, n_points: int) -> None:
-    xyz = np.random.default_rng(seed).uniform(-1, 1, (n_points, 3))
-    found = euclidean_clusters(xyz, leaf=1e-6, tolerance=0.2)
-    assert same_partition(found, clusters_by_flooding(xyz, 0.2))
-
-
-def test_voxels_leave_clusters_as_they_are() -> None:
+@pytest.mark.parametrize("n_points", [400, 30_000])
+def test_fit_recovers_a_plane_among_outliers(n_points: int) -> None:
     rng = np.random.default_rng(SEED)
-    xyz = rng.uniform(0, 0.2, (6000, 3)).astype(np.float32)
-    xyz[:, 0] += np.repeat(np.float32([0.0, 0.32, 0.75]), 2000)
-    found = euclidean_clusters(xyz, leaf=0.06, tolerance=0.10)
-    assert same_partition(found, np.repeat([0, 1, 2], 2000))
-    assert set(euclidean_clusters(xyz, leaf=0.06, tolerance=0.5)) == {0}
+    normal = np.array([0.1, -0.9, -0.42])
+    normal /= np.linalg.norm(normal)
+    xyz = random_points(rng, n_points)
+    xyz[:, 1] = -(xyz[:, 0] * normal[0] + xyz[:, 2] * normal[2] + 1.1) / normal[1]
+    is_outlier = rng.random(n_points) < 0.2
+    xyz[is_outlier, 1] -= rng.uniform(0.05, 0.5, is_outlier.sum())
+    fit = fit_plane(xyz, np.full(n_points, 0.01, np.float32), np.array([0.12, -0.9, -0.42]), 1.11)
+    assert fit is not None
+    assert angle_deg(fit[0], normal) < 0.05
+    assert fit[1] == pytest.approx(1.1, abs=1e-3)
+    np.testing.assert_array_equal(fit[2], ~is_outlier)
 
 
-def test_no_point_has_no_cluster() -> None:
-    assert euclidean_clusters(np.empty((0, 3)), leaf=0.02, tolerance=0.03).shape == (0,)
+def test_fit_needs_fifty_points() -> None:
+    band = np.full(49, 0.1, np.float32)
+    xyz = random_points(np.random.default_rng(SEED), 49)
+    xyz[:, 2] = 1
+    assert fit_plane(xyz, band, np.array([0.0, 0.0, -1.0]), 1.0) is None
+
+
+def test_sums_of_rays_are_those_of_the_points_near_the_plane() -> None:
+    rng = np.random.default_rng(SEED)
+    xyz, band = random_points(rng, 900), rng.uniform(0, 0.5, 900).astype(np.float32)
+    normal, offset = np.array([0.6, 0.0, -0.8]), 1.2
+    is_near = np.abs(xyz @ normal + offset) < band
+    x, y, z = xyz[is_near & (np.arange(900) % 3 == 0)].astype(np.float64).T
+    rows = np.stack([x / z, y / z, np.ones(len(z)), 1 / z], axis=1)
+    sums = np.zeros((4, 4))
+    _sum_rays(xyz, band, normal, offset, 3, sums)
+    np.testing.assert_allclose(sums, rows.T @ rows, rtol=1e-6)
+
+
+def test_area_is_summed_per_step_of_height() -> None:
+    rng = np.random.default_rng(SEED)
+    heights, area = rng.random((2, 500)).astype(np.float32)
+    expected = np.bincount(
+        np.floor((heights.astype(float) - heights.min()) / 0.02).astype(int), area
+    )
+    sums = np.zeros(len(expected))
+    _sum_area(heights, area, float(heights.min()), 0.02, sums)
+    np.testing.assert_allclose(sums, expected)
+
+
+def test_surface_gathers_points_with_their_places() -> None:
+    points = observe(see()[0])
+    band = noise_band(points, 0.01, 0.003)
+    np.testing.assert_allclose(band, 0.01 + 0.003 * points.depth**2, rtol=1e-6)
+    is_part = points.area > 0
+    surface = Surface.gather(points, band, is_part)
+    np.testing.assert_array_equal(surface.xyz, points.xyz[is_part])
+    np.testing.assert_array_equal(mask_of(surface.where, is_part.shape), is_part)
+    some = surface.part(surface.area > np.median(surface.area))
+    is_some = is_part & (points.area > np.median(surface.area))
+    np.testing.assert_array_equal(some.normals, points.normals[is_some])
+    np.testing.assert_array_equal(some.band, band[is_some])
+    np.testing.assert_array_equal(some.where, np.flatnonzero(is_some))
+
+
+def test_near_a_wall_is_what_is_free_and_before_it() -> None:
+    points = observe(see()[0])
+    rng = np.random.default_rng(SEED)
+    normal = np.array([0.0, -0.4, -1.0]) / np.hypot(0.4, 1.0)
+    axes = np.stack([[1.0, 0.0, 0.0], np.cross(normal, [1.0, 0.0, 0.0])], axis=1)
+    none = np.zeros(points.depth.shape, np.bool_)
+    wall = Wall(normal, 2.3, none, axes, np.array([-0.7, -0.6]), np.array([0.4, 0.9]))
+    free, band = rng.random(none.shape) < 0.7, noise_band(points, 0.2, 0.01)
+    is_near = free & (np.abs(wall.distance(points.xyz)) < band)
+    places = points.xyz @ axes
+    is_before = ((places > wall.low - 0.1) & (places < wall.high + 0.1)).all(axis=-1)
+    assert 0 < np.count_nonzero(is_near & is_before) < np.count_nonzero(is_near)
+    found = wall.near(points, free, band)
+    np.testing.assert_array_equal(found, np.flatnonzero(is_near & is_before))
+    np.testing.assert_array_equal(wall.is_before(points.xyz.reshape(-1, 3)), is_before.ravel())

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_cdt
 
-from curiosight.segmentation.points import (
+from curiosight.segmentation.local_planes import (
     _distance_to_edge,
-    _fit_normals,
-    cell_of_pixel,
-    observe_points,
+    _mark_smooth,
+    _sum_up,
+    fit_local_planes,
 )
+from curiosight.segmentation.points import cell_of_pixel, ends, look_up, observe_points
 from room import kinect
 from scenes import kinect_noise, see
 
@@ -26,18 +29,31 @@ def plane_depth(normal: npt.NDArray[np.float64], offset: float) -> npt.NDArray[n
     return np.asarray(offset / (normal[0] * x + normal[1] * y + normal[2]), np.float32)
 
 
-def edges_by_loop(inverse: npt.NDArray[np.float32], max_bend: float) -> npt.NDArray[np.bool_]:
-    height, width = inverse.shape
-    edges = ~np.isfinite(inverse)
-    for v, u in np.argwhere(~edges):
+def smooth_by_loop(inverse: npt.NDArray[np.float32], max_bend: float) -> npt.NDArray[np.bool_]:
+    smooth = np.isfinite(inverse)
+    smooth[[0, -1]] = False
+    smooth[:, [0, -1]] = False
+    for v, u in np.argwhere(smooth):
         limit = max_bend + 0.004 * inverse[v, u] ** 2
-        if 0 < u < width - 1:
-            bend = inverse[v, u - 1] + inverse[v, u + 1] - 2 * inverse[v, u]
-            edges[v, u] |= abs(bend) > limit
-        if 0 < v < height - 1:
-            bend = inverse[v - 1, u] + inverse[v + 1, u] - 2 * inverse[v, u]
-            edges[v, u] |= abs(bend) > limit
-    return edges
+        for dv, du in ((0, 1), (1, 0)):
+            bend = inverse[v - dv, u - du] + inverse[v + dv, u + du] - 2 * inverse[v, u]
+            smooth[v, u] &= not abs(bend) > limit
+    return smooth
+
+
+def mark_smooth(inverse: npt.NDArray[np.float32], max_bend: float) -> npt.NDArray[np.uint8]:
+    is_smooth = np.zeros(inverse.shape, np.uint8)
+    _mark_smooth(inverse, max_bend, is_smooth)
+    return is_smooth
+
+
+def scene_inverse(rng: np.random.Generator) -> npt.NDArray[np.float32]:
+    """Inverse depth of a room with holes."""
+    depth = see()[0].depth
+    assert depth is not None
+    depth = depth[::4, ::4].copy()
+    depth[rng.random(depth.shape) < 0.01] = np.nan
+    return np.asarray(1 / depth, np.float32)
 
 
 def test_points_lie_on_their_rays_and_on_the_plane() -> None:
@@ -76,17 +92,23 @@ def test_normals_equal_a_least_squares_fit_in_each_window() -> None:
     inverse = (1 / depth).astype(np.float32)
     v_axis = ((np.arange(120) - CAMERA.cy) / CAMERA.fy).astype(np.float32)
     u_axis = ((np.arange(160) - CAMERA.cx) / CAMERA.fx).astype(np.float32)
-    to_edge = _distance_to_edge(inverse, 0.05, 5)
-    normals = _fit_normals(inverse, u_axis, v_axis, to_edge)
+    to_edge = _distance_to_edge(mark_smooth(inverse, 0.05), 5).astype(int)
+    normals, area = fit_local_planes(inverse, u_axis, v_axis, 4, 0.05)
+    pixel = 1 / (CAMERA.fx * CAMERA.fy)
     for v, u in rng.integers((0, 0), (120, 160), (60, 2)):
         r = to_edge[v, u] - 1
         if r < 1:
             assert np.isnan(normals[v, u]).all()
+            assert area[v, u] == 0
             continue
         y, x = np.meshgrid(v_axis[v - r : v + r + 1], u_axis[u - r : u + r + 1], indexing="ij")
         rows = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
         fit, *_ = np.linalg.lstsq(rows, inverse[v - r : v + r + 1, u - r : u + r + 1].ravel())
         np.testing.assert_allclose(normals[v, u], -fit / np.linalg.norm(fit), atol=2e-4)
+        ray = np.array([u_axis[u], v_axis[v], 1])
+        cosine = fit @ ray / np.linalg.norm(fit) / np.linalg.norm(ray)
+        expected = pixel * depth[v, u] ** 2 / max(cosine, 0.1)
+        assert area[v, u] == pytest.approx(expected, rel=1e-3)
 
 
 def test_noise_of_a_kinect_tilts_normals_by_few_degrees() -> None:
@@ -97,18 +119,49 @@ def test_noise_of_a_kinect_tilts_normals_by_few_degrees() -> None:
     assert np.degrees(np.arccos(np.median(cosine))) < 5
 
 
+def test_smooth_is_where_no_second_difference_is_large() -> None:
+    inverse = scene_inverse(np.random.default_rng(2))
+    is_smooth = mark_smooth(inverse, 0.01)
+    assert 0.3 < is_smooth.mean() < 0.98
+    np.testing.assert_array_equal(is_smooth, smooth_by_loop(inverse, 0.01))
+
+
 def test_distance_to_edge_is_the_chessboard_distance() -> None:
-    rng = np.random.default_rng(2)
-    depth = see()[0].depth
-    assert depth is not None
-    depth = depth[::4, ::4].copy()
-    depth[rng.random(depth.shape) < 0.01] = np.nan
-    inverse = (1 / depth).astype(np.float32)
-    is_inside = ~edges_by_loop(inverse, 0.01)
-    is_inside[[0, -1]] = False
-    is_inside[:, [0, -1]] = False
-    expected = np.minimum(distance_transform_cdt(is_inside, "chessboard"), 6)
-    np.testing.assert_array_equal(_distance_to_edge(inverse, 0.01, 6), expected)
+    is_smooth = mark_smooth(scene_inverse(np.random.default_rng(2)), 0.01)
+    expected = np.minimum(distance_transform_cdt(is_smooth, "chessboard"), 6)
+    np.testing.assert_array_equal(_distance_to_edge(is_smooth, 6), expected)
+
+
+def test_integral_images_are_sums_of_sums() -> None:
+    inverse = scene_inverse(np.random.default_rng(3))
+    height, width = inverse.shape
+    x, y = np.linspace(-0.5, 0.5, width), np.linspace(-0.4, 0.3, height)
+    weights = np.stack([np.ones(inverse.shape), *np.meshgrid(x, y)], axis=-1)
+    products = np.nan_to_num(inverse)[..., None] * weights
+    expected = products.cumsum(axis=0).cumsum(axis=1)
+    sums = np.zeros((height + 1, width + 1, 3))
+    _sum_up(inverse, x.astype(np.float32), y.astype(np.float32), sums)
+    np.testing.assert_allclose(sums[1:, 1:], expected, rtol=1e-5, atol=1e-3)
+    assert not sums[0].any()
+    assert not sums[:, 0].any()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (2, 2), (5, 5), (61, 83)])
+def test_images_of_any_size_have_points_and_few_normals(shape: tuple[int, int]) -> None:
+    points = observe_points(np.full(shape, 1.5, np.float32), kinect(shape[1], shape[0]))
+    assert np.isfinite(points.xyz).all()
+    assert (points.depth == 1.5).all()
+    has_normal = np.isfinite(points.normals[..., 0])
+    assert not has_normal[[0, -1]].any()
+    assert not has_normal[:, [0, -1]].any()
+    np.testing.assert_array_equal(has_normal, points.area > 0)
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0, np.inf, -1.0])
+def test_what_is_no_distance_has_no_normal(value: float) -> None:
+    points = observe_points(np.full((60, 80), value, np.float32), kinect(80, 60))
+    assert np.isnan(points.normals).all()
+    assert not points.area.any()
 
 
 def test_holes_and_depth_steps_have_no_normal() -> None:
@@ -121,23 +174,62 @@ def test_holes_and_depth_steps_have_no_normal() -> None:
     assert np.isnan(points.xyz[10:15, 10:15]).all()
 
 
-def test_pixels_take_the_cell_around_them_that_is_closest_in_depth() -> None:
-    rng = np.random.default_rng(4)
-    depth = rng.uniform(1, 2, (11, 14)).astype(np.float32)
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 12), st.integers(1, 12), st.integers(1, 4))
+def test_pixels_take_the_cell_around_them_that_is_closest_in_depth(
+    seed: int, height: int, width: int, stride: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(1, 2, (height, width)).astype(np.float32)
     depth[rng.random(depth.shape) < 0.2] = np.nan
-    coarse = np.ascontiguousarray(depth[::2, ::2])
-    cells = cell_of_pixel(coarse, depth, 2)
+    coarse = np.ascontiguousarray(depth[::stride, ::stride])
+    cells = cell_of_pixel(coarse, depth, stride)
+    n_rows, n_columns = coarse.shape
     for (v, u), cell in np.ndenumerate(cells):
-        rows = sorted({v // 2, min((v + 1) // 2, 5)})
-        columns = sorted({u // 2, min((u + 1) // 2, 6)})
-        gaps = {7 * r + c: abs(float(coarse[r, c] - depth[v, u])) for r in rows for c in columns}
-        known = {place: gap for place, gap in gaps.items() if np.isfinite(gap)}
+        rows = {v // stride, min(-(-v // stride), n_rows - 1)}
+        columns = {u // stride, min(-(-u // stride), n_columns - 1)}
+        gaps = {
+            n_columns * r + c: abs(float(coarse[r, c]) - float(depth[v, u]))
+            for r in rows
+            for c in columns
+        }
+        known = [gap for gap in gaps.values() if np.isfinite(gap)]
         assert cell in gaps
         if known:
-            assert gaps[cell] == min(known.values())
+            assert gaps[cell] == pytest.approx(min(known), abs=1e-6)
 
 
 def test_pixels_without_a_reading_take_the_cell_to_the_upper_left() -> None:
     depth = np.full((4, 4), np.nan, np.float32)
     cells = cell_of_pixel(np.ascontiguousarray(depth[::2, ::2]), depth, 2)
     assert cells.tolist() == [[0, 0, 1, 1], [0, 0, 1, 1], [2, 2, 3, 3], [2, 2, 3, 3]]
+
+
+def test_look_up_finds_the_cell_below_each_point() -> None:
+    rng = np.random.default_rng(5)
+    cells = rng.random((7, 9)).astype(np.float32)
+    xyz = rng.uniform(-1, 1, (20, 30, 3)).astype(np.float32)
+    xyz[3, 4] = np.nan
+    axes = np.linalg.qr(rng.normal(size=(3, 2)))[0]
+    corner, side = np.array([-0.5, -0.4]), 0.1
+    found = look_up(cells, xyz, axes, corner, side)
+    place = np.nan_to_num((xyz @ axes - corner) / side, nan=-1)
+    column, row = np.moveaxis(np.floor(place).astype(int), -1, 0)
+    is_on_map = (column >= 0) & (column < 9) & (row >= 0) & (row < 7)
+    assert 0.1 < is_on_map.mean() < 0.9
+    np.testing.assert_array_equal(found[is_on_map], cells[row[is_on_map], column[is_on_map]])
+    assert (found[~is_on_map] == -np.inf).all()
+
+
+@pytest.mark.parametrize("n", [1, 7, 100, 5000])
+def test_ends_leave_a_share_of_the_values_outside(n: int) -> None:
+    values = np.random.default_rng(6).permutation(n).astype(np.float32)
+    assert ends(values, 0.02) == (int(0.02 * n), n - 1 - int(0.02 * n))
+
+
+def test_points_at_flat_indices_are_those_of_the_grid() -> None:
+    points = observe_points(plane_depth(np.array([0.1, 0.2, 0.97]), 1.5), CAMERA)
+    where = np.array([0, 161, 4000])
+    v, u = np.unravel_index(where, points.depth.shape)
+    np.testing.assert_array_equal(points.xyz_at(where), points.xyz[v, u])
+    np.testing.assert_array_equal(points.normals_at(where), points.normals[v, u])

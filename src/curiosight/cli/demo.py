@@ -11,25 +11,28 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.explore import follow
-from curiosight.cli.explore_report import (
-    REPORT,
-    draw_figures,
-    example_of,
-    exploration_report,
-)
+from curiosight.cli.explore_examples import example_of
+from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report, took
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count, format_value
 from curiosight.config import load_config
-from curiosight.experiments.demonstrating import BASELINE, WHERE, Demonstration, Tested
+from curiosight.experiments.demonstrating import (
+    BASELINE,
+    WHERE,
+    Demonstration,
+    Tested,
+    draw_demo_room,
+)
 from curiosight.experiments.output import OutputFolder
+from curiosight.explore import Step
 from curiosight.viewing.examples import Example
 from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.report import ExampleGroup, Report, ResultRow, Results, write_report
-from curiosight.worlds.rooms.settings import RoomSettings
 
 N_STEPS = 150
 N_EXAMPLES = 4
+_FILES = {"demo.json": "the same of the whole demo, with the scores after the move"}
 
 
 def demo(
@@ -54,27 +57,25 @@ def demo(
     talk = Talk(quiet=quiet, as_json=json)
     changes = {"explorer.n_steps": steps, "run.seed": seed, "run.n_threads": threads}
     settings = load_config(preset, None, changes)
-    room = RoomSettings(seed=seed)
-    folder = OutputFolder(out, "demo", Path(str(room)), overwrite=overwrite)
+    command = ["curiosight", "demo", "--seed", str(seed), "--steps", str(steps)]
+    command += [] if preset is None else ["--preset", preset]
+    folder = OutputFolder(out, "demo", Path(f"room:{seed}"), overwrite=overwrite)
     with announce_compilation(talk.console):
-        run = Demonstration(settings, room, folder)
-        talk.note(f"{run.views.path}: {run.views.remarks[0]}")
+        views = draw_demo_room(seed)
+        talk.note(f"{views.path}: {views.remarks[0]}")
+        talk.note("lighting it, before and after the move, and surveying it")
+        run = Demonstration(settings, views, folder)
         with CtrlC() as ctrl_c:
             shown_steps = follow(talk, run.exploration, ctrl_c)
             tested = [] if ctrl_c.is_pressed else _test(talk, run, ctrl_c)
             summary = run.finish()
-            explored = summary["explored"]
-            command = ["curiosight", "demo", "--seed", str(seed), "--steps", str(steps)]
-            taught = [example_of(run.exploration, step) for step in shown_steps]
-            draw_figures(run.exploration, folder, taught)
-            moved = [_example_of(run, view) for view in tested]
-            if moved:
-                draw_examples(moved, folder.file("figures/after_move.png"))
-            report = exploration_report(run.exploration, explored, taught, command)
-            write_report(demo_report(report, summary, moved), folder.file(REPORT))
+            _write_report(run, summary, shown_steps, tested, folder, command)
     talk.results("demo", _rows(summary, folder.path / REPORT), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
-        talk.note(f"stopped after {count(len(run.exploration.rows), 'step')}; all is kept")
+        stopped = count(summary["explored"]["steps"], "step")
+        if summary["views_after_move"]:
+            stopped += f" and {count(summary['views_after_move'], 'test view')} after the move"
+        talk.note(f"stopped after {stopped}; all is kept, figures are of these")
         raise typer.Exit(INTERRUPTED)
 
 
@@ -92,6 +93,24 @@ def _test(talk: Talk, run: Demonstration, ctrl_c: CtrlC) -> list[Tested]:
     return shown_views
 
 
+def _write_report(
+    run: Demonstration,
+    summary: dict[str, Any],
+    steps: Sequence[Step],
+    tested: Sequence[Tested],
+    folder: OutputFolder,
+    command: Sequence[str],
+) -> None:
+    """Draw the figures and the report, with some of the steps and tests as examples."""
+    taught = [example_of(run.exploration, step) for step in steps]
+    draw_figures(run.exploration, folder, taught)
+    moved = [_example_of(run, view) for view in tested]
+    if moved:
+        draw_examples(moved, folder.file("figures/after_move.png"))
+    report = exploration_report(run.exploration, summary["explored"], taught, command)
+    write_report(demo_report(report, summary, moved), folder.file(REPORT))
+
+
 def _example_of(run: Demonstration, tested: Tested) -> Example:
     frame = tested.look.frame
     segmentation = run.exploration.teacher.segment(frame)
@@ -100,15 +119,18 @@ def _example_of(run: Demonstration, tested: Tested) -> Example:
 
 def demo_report(report: Report, summary: dict[str, Any], moved: Sequence[Example]) -> Report:
     """Tell what an exploration's report does not: how it went after the things were moved."""
+    making = report.making and replace(report.making, files={**report.making.files, **_FILES})
+    tested = [_results(summary)] if summary["views_after_move"] else []
+    before = [replace(group, title=f"Before: {group.title.lower()}") for group in report.examples]
+    after = ExampleGroup("After the things were moved: views never seen before", moved)
     return replace(
         report,
         title="A robot learns what stands about in a room",
         sentence=_sentence(summary),
-        results=[_results(summary), *report.results],
-        examples=[
-            ExampleGroup("After the things were moved: views never seen before", moved),
-            *report.examples,
-        ],
+        took=took(summary["seconds"]),
+        results=[*tested, *report.results],
+        examples=[after, *before],
+        making=making,
     )
 
 
@@ -122,8 +144,9 @@ def _sentence(summary: dict[str, Any]) -> str:
     if after is None or before is None:
         return sentence
     return (
-        f"{sentence} Then the things were moved. In views it never saw it finds them by colour "
-        f"alone, with an error of {after:.2f}; it was {before:.2f} before the move."
+        f"{sentence} Then the things were moved. In {summary['views_after_move']} views it never "
+        f"saw it finds them by colour alone, with an error of {after:.2f}; it was {before:.2f} "
+        "before the move."
     )
 
 
@@ -144,7 +167,7 @@ def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
         "after things were moved": summary["overall_error_after_move"],
     }
     ours, baseline = summary["roc_auc_after_move"], summary["baseline_roc_auc_after_move"]
-    for part, where in WHERE.items():
+    for part, where in WHERE.items() if summary["views_after_move"] else ():
         beside = f"{format_value(ours[part])}, {BASELINE} {format_value(baseline[part])}"
         rows[f"ROC AUC, {where}"] = beside
     for stage, spent in summary["explored"]["stages"].items():

@@ -9,12 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.explore_report import (
-    REPORT,
-    draw_figures,
-    example_of,
-    exploration_report,
-)
+from curiosight.cli.explore_examples import example_of
+from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import Config, load_config

@@ -11,15 +11,12 @@ from statistics import fmean
 from typing import Any
 
 from curiosight import __version__
+from curiosight.cli.explore_examples import unseen_examples
 from curiosight.cli.talk import NOTHING_LEARNED, count
 from curiosight.config import to_toml
-from curiosight.datasets import Dataset
-from curiosight.datasets.recording import GroundTruth
-from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.exploration.from_above import seen_from_above
-from curiosight.explore import Step
 from curiosight.viewing.examples import Example
 from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.figures import learning_curve, time_per_region
@@ -33,9 +30,8 @@ from curiosight.viewing.report import (
     Results,
     RoomMap,
 )
-from curiosight.worlds.rooms.views import RoomViews
+from curiosight.worlds.rooms import RoomViews
 
-N_TEST_EXAMPLES = 3
 UP = (0, 0, 1)  # of drawn rooms
 N_LOOKS = 10  # that the errors at first and at the end are means of
 REPORT = "report.html"
@@ -44,6 +40,10 @@ _WAYS = {
     "random": "looking around at random",
     "chronological": "in the order of the recording",
 }
+_POSE_REGIONS = (
+    "A region is a part of the floor, x counted from the left and y from below, and there a range "
+    "of headings, counted counter-clockwise."
+)
 _STAGES = {
     "capture": "read the frame",
     "describe": "describe its colours",
@@ -70,11 +70,11 @@ def exploration_report(
     summary: what `Exploration.finish` returned. taught: examples that were learned from.
     command: that runs it again from this folder.
     """
-    unseen = list(_test_examples(run)) if not run.n_learned else []
+    unseen = list(unseen_examples(run)) if not run.n_learned else []
     return Report(
         title=f"A look around {Path(summary['source']).name}",
         sentence=_sentence(run, summary),
-        took=_took(summary["seconds"]),
+        took=took(summary["seconds"]),
         results=[_results(run)],
         examples=[
             ExampleGroup("Views it never learned from", unseen),
@@ -82,6 +82,7 @@ def exploration_report(
         ],
         steps=run.rows,
         region_names=run.regions.names,
+        region_note=_POSE_REGIONS if run.regions.kind.startswith("pose") else "",
         room_map=_room_map(run),
         making=_making(run, summary, command),
         problems=list(_problems(run, summary)),
@@ -133,43 +134,6 @@ def _visited(run: Exploration) -> list[int]:
     return [indices[row.id] for row in run.rows]
 
 
-def example_of(run: Exploration, step: Step) -> Example:
-    """Return what was seen in a step, beside what the model says now."""
-    frame = step.observation.frame
-    return Example(
-        frame.id,
-        frame.rgb,
-        step.observation.segmentation,
-        run.learner.saliency(frame.rgb),
-        _ground_truth(run.dataset, step.viewpoint.index),
-    )
-
-
-def _test_examples(run: Exploration) -> Iterator[Example]:
-    """Yield a few of the test frames, evenly spread, those that can be read."""
-    indices = run.truth.indices
-    n_shown = min(N_TEST_EXAMPLES, len(indices))
-    for number in range(n_shown):
-        index = indices[(2 * number + 1) * len(indices) // (2 * n_shown)]
-        frame = run.truth.dataset[index]
-        if frame.problem is None:
-            yield Example(
-                frame.id,
-                frame.rgb,
-                None if run.truth.teacher is None else run.truth.teacher.segment(frame),
-                run.learner.saliency(frame.rgb),
-                _ground_truth(run.truth.dataset, index),
-            )
-
-
-def _ground_truth(dataset: Dataset, index: int) -> GroundTruth | None:
-    """Return a frame's ground truth; None where there is none, or it is damaged."""
-    try:
-        return dataset.ground_truth(index)
-    except DataError:
-        return None
-
-
 def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
     way = _WAYS.get(summary["strategy"], summary["strategy"])
     sentence = (
@@ -188,7 +152,8 @@ def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
     )
 
 
-def _took(seconds: float) -> str:
+def took(seconds: float) -> str:
+    """Say how long a run took."""
     text = f"{seconds / 60:.1f} minutes" if seconds >= 120 else f"{seconds:.0f} seconds"
     return f"It took {text}."
 
@@ -197,6 +162,8 @@ def _results(run: Exploration) -> Results:
     rows = []
     if errors := _known(run, "overall_error"):
         note = f"against {'what depth says' if run.truth.kind == 'teacher' else 'ground truth'}"
+        if n_left_out := len(run.truth.indices) - run.held_out.n_frames:
+            note += f"; {count(n_left_out, 'other')} bad, or without anything salient in view"
         name = f"error on {count(run.held_out.n_frames, 'test frame')}"
         rows.append(ResultRow(name, (f"{errors[0]:.2f}", f"{errors[-1]:.2f}"), note))
     if errors := _known(run, "error"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -10,13 +11,12 @@ from typing import Annotated, cast
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, views_from
 from curiosight.viewing.live import announce_compilation
-from curiosight.worlds.rooms.room import draw_room
-from curiosight.worlds.rooms.settings import is_room, parse_room
-from curiosight.worlds.rooms.views import RoomViews
+from curiosight.worlds.rooms import RoomViews, draw_room, is_room, parse_room
 
 
 def render(
@@ -39,7 +39,10 @@ def render(
     quiet: options.Quiet = False,
     json: options.Json = False,
 ) -> None:
-    """Render a room that is drawn by seed: colour, depth, poses and ground truth."""
+    """Render a room that is drawn by seed: colour, depth, poses and ground truth.
+
+    Ctrl-C ends it early and keeps a recording of what is written.
+    """
     talk = Talk(quiet=quiet, as_json=json)
     if not is_room(room):
         raise ValueError(f"room: expected room:SEED[,key=value…], got {room!r}")
@@ -53,14 +56,25 @@ def render(
         looks = RoomViews(draw_room(settings))
         if pose:
             looks = views_from(looks, [_read_pose(text) for text in pose])
-        rendered = render_room(looks, cast(Layout, layout), folder)
-        talk.introduce(Path(room), looks)
-        with talk.following("render", len(looks)) as shown:
-            for _ in rendered:
-                shown.advance()
-    summary = {"room": looks.path, "views": len(looks), "layout": layout, "out": str(folder.path)}
-    rows = {"views": count(len(looks), "view"), "layout": layout, "written to": folder.path}
+        n_written = _render(talk, looks, cast(Layout, layout), folder)
+    summary = {"room": looks.path, "views": n_written, "layout": layout, "out": str(folder.path)}
+    rows = {"views": count(n_written, "view"), "layout": layout, "written to": folder.path}
     talk.results("render", rows, summary)
+    if n_written < len(looks):
+        talk.note(f"stopped after {count(n_written, 'view')}; these are kept")
+        raise typer.Exit(INTERRUPTED)
+
+
+def _render(talk: Talk, looks: RoomViews, layout: Layout, folder: OutputFolder) -> int:
+    """Write the views, to the last or to Ctrl-C; return how many."""
+    n_written = 0
+    with CtrlC() as ctrl_c, closing(render_room(looks, layout, folder)) as rendered:
+        talk.introduce(Path(looks.path), looks)
+        with talk.following("render", len(looks)) as shown:
+            for _ in ctrl_c.until_pressed(rendered):
+                n_written += 1
+                shown.advance()
+    return n_written
 
 
 def _read_pose(text: str) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from curiosight.baselines import fine_grained
@@ -12,11 +12,8 @@ from curiosight.config import Config
 from curiosight.evaluation import MapScores
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.frame import Frame
 from curiosight.learner import Saliency
-from curiosight.worlds.rooms.room import draw_room
-from curiosight.worlds.rooms.settings import RoomSettings
-from curiosight.worlds.rooms.views import Look, RoomViews
+from curiosight.worlds.rooms import Look, RoomSettings, RoomViews, draw_room
 
 N_VIEWS = 160
 N_TEST_VIEWS = 30
@@ -36,52 +33,61 @@ class Tested:
 class Demonstration:
     """Learn in a room with curiosity, then be tested in the same room after a move.
 
-    room: what to draw; its arrangement is the one to learn from.
+    views: of the room, see `draw_demo_room`; its arrangement is the one to learn from.
     """
 
-    def __init__(self, config: Config, room: RoomSettings, out: OutputFolder) -> None:
+    def __init__(self, config: Config, views: RoomViews, out: OutputFolder) -> None:
         self._started = time.perf_counter()
-        self.out = out
-        views = RoomViews(draw_room(replace(room, views=N_VIEWS)))
+        self._out = out
+        self._views = views
+        moved = views.room.rearranged((views.room.settings.rearrange or 0) + 1)
+        self.rearranged = RoomViews(moved).test_views(N_TEST_VIEWS)
+        # Last, as it begins to write: what ends before it leaves no folder behind.
         self.exploration = Exploration(
             config, views, out, test_source=views.test_views(N_TEST_VIEWS)
         )
-        self.views = views
-        moved = views.room.rearranged((room.rearrange or 0) + 1)
-        self.rearranged = RoomViews(moved).test_views(N_TEST_VIEWS)
         max_range = config.segmentation.max_range
-        self.scores = MapScores(max_range=max_range, threshold=self.exploration.learner.threshold)
-        self.baseline_scores = MapScores(max_range=max_range)
+        self._scores = MapScores(max_range=max_range, threshold=self.exploration.learner.threshold)
+        self._baseline_scores = MapScores(max_range=max_range)
+        self._n_tested = 0
 
     def test_rearranged(self) -> Iterator[Tested]:
         """Find objects in the rearranged room by colour alone; yield view by view."""
         for index in range(len(self.rearranged)):
             look = self.rearranged.look(index)
             saliency = self.exploration.learner.saliency(look.frame.rgb)
-            self._add(self.scores, look, saliency)
-            self._add(self.baseline_scores, look, fine_grained(look.frame.rgb))
+            _add(self._scores, look, saliency)
+            _add(self._baseline_scores, look, fine_grained(look.frame.rgb))
+            self._n_tested += 1
             yield Tested(look, saliency)
 
     def finish(self) -> dict[str, Any]:
-        """Write everything that was measured; return it."""
+        """Write everything that was measured so far; return it."""
         explored = self.exploration.finish()
         summary = {
-            "room": self.views.path,
+            "room": self._views.path,
             "rearranged": self.rearranged.path,
             "explored": explored,
             "overall_error_before_move": explored["overall_error"],
-            "overall_error_after_move": self.scores.table()["overall_error"],
-            "roc_auc_after_move": _aucs(self.scores),
+            "views_after_move": self._n_tested,
+            "overall_error_after_move": self._scores.table()["overall_error"],
+            "roc_auc_after_move": _aucs(self._scores),
             "baseline": BASELINE,
-            "baseline_roc_auc_after_move": _aucs(self.baseline_scores),
+            "baseline_roc_auc_after_move": _aucs(self._baseline_scores),
             "seconds": round(time.perf_counter() - self._started, 2),
         }
-        self.out.write_json("demo.json", summary)
+        self._out.write_json("demo.json", summary)
         return summary
 
-    def _add(self, scores: MapScores, look: Look, saliency: Saliency) -> None:
-        frame: Frame = look.frame
-        scores.add(frame.id, saliency, look.truth, depth=frame.depth, true_depth=look.true_depth)
+
+def draw_demo_room(seed: int) -> RoomViews:
+    """Draw the room to learn in."""
+    return RoomViews(draw_room(RoomSettings(seed=seed, views=N_VIEWS)))
+
+
+def _add(scores: MapScores, look: Look, saliency: Saliency) -> None:
+    frame = look.frame
+    scores.add(frame.id, saliency, look.truth, depth=frame.depth, true_depth=look.true_depth)
 
 
 def _aucs(scores: MapScores) -> dict[str, float | None]:

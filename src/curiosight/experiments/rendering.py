@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -37,14 +37,17 @@ def views_from(views: RoomViews, places: Sequence[tuple[float, float, float]]) -
     return RoomViews(views.room, poses)
 
 
-def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Iterator[Frame]:
-    """Write every view with pose and ground truth; yield each when it is on disk."""
+def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Generator[Frame]:
+    """Write every view with pose and ground truth; yield each when it is on disk.
+
+    Closed early, it leaves a recording of the views so far.
+    """
     if layout not in LAYOUTS:
         raise ValueError(f"layout: expected {' or '.join(LAYOUTS)}, got {layout!r}")
     return _as_seven_scenes(views, out) if layout == "7scenes" else _as_tum(views, out)
 
 
-def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
+def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
     """Write colour and depth as that Kinect gives them: from two places, not registered."""
     out.write_text("room.txt", f"{views.path}\n")
     T_colour_depth = np.eye(4)
@@ -64,24 +67,32 @@ def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
         yield colour.frame
 
 
-def _as_tum(views: RoomViews, out: OutputFolder) -> Iterator[Frame]:
-    """Write registered depth, lists of files by stamp, and the trajectory."""
+def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
+    """Write registered depth, and at the end the lists of files by stamp and the trajectory."""
     out.write_text("room.txt", f"{views.path}\n")
     out.write_text("camera.json", json.dumps(_camera_file(CAMERA), indent=1) + "\n")
-    stamps = [f"{FIRST_STAMP_S + index}.000000" for index in range(len(views))]
+    stamps: list[str] = []
+    try:
+        for index in range(len(views)):
+            stamp, look = f"{FIRST_STAMP_S + index}.000000", views.look(index)
+            assert look.frame.depth is not None
+            out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
+            out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.DEPTH_SCALE))
+            out.write_image(f"ground_truth/{stamp}.png", look.truth)
+            stamps.append(stamp)
+            yield look.frame
+    finally:
+        _write_lists(stamps, views.poses, out)
+
+
+def _write_lists(stamps: Sequence[str], poses: Sequence[Pose], out: OutputFolder) -> None:
+    """List the images that were written, and the first poses, theirs."""
     for kind in ("rgb", "depth"):
         lines = [f"{stamp} {kind}/{stamp}.png" for stamp in stamps]
         out.write_text(f"{kind}.txt", "\n".join(["# timestamp filename", *lines]) + "\n")
-    trajectory = [_pose_line(*posed) for posed in zip(stamps, views.poses, strict=True)]
+    trajectory = [_pose_line(*posed) for posed in zip(stamps, poses, strict=False)]
     heading = "# timestamp tx ty tz qx qy qz qw"
     out.write_text("groundtruth.txt", "\n".join([heading, *trajectory]) + "\n")
-    for index, stamp in enumerate(stamps):
-        look = views.look(index)
-        assert look.frame.depth is not None
-        out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
-        out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.DEPTH_SCALE))
-        out.write_image(f"ground_truth/{stamp}.png", look.truth)
-        yield look.frame
 
 
 def _in_units(depth: Depth, scale: float) -> npt.NDArray[np.uint16]:

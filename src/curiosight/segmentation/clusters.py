@@ -1,4 +1,7 @@
-"""Groups of points that stand together: voxels, k-d tree, connected components (sec. II-A.2)."""
+"""Groups of points that stand together: voxels, their neighbours, connected components.
+
+The paper finds neighbours with a k-d tree (sec. II-A.2); a hash table of cells finds the same.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from numba import njit
 
 Array = npt.NDArray[Any]
+
+# A cell's key holds its place along each axis in 21 bits: a million cells to either side.
+ALONG_X, ALONG_Y = 1 << 42, 1 << 21
+# From a cell to itself and to half of the 26 around it; the others have it in their half.
+_SHIFTS = np.array(
+    [(z - 1) + (y - 1) * ALONG_Y + (x - 1) * ALONG_X for x, y, z in np.ndindex(3, 3, 3)]
+)
+HALF_AROUND = _SHIFTS[_SHIFTS >= 0]
 
 
 def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
@@ -19,23 +28,19 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     Points in one voxel of side `leaf` belong together, and so do voxels whose mean points lie
     within `tolerance` of each other.
     """
-    if len(xyz) == 0:
-        return np.empty(0, np.int64)
-    cell = np.floor(xyz / leaf).astype(np.int64)
-    cell -= cell.min(axis=0)
-    size = cell.max(axis=0) + 1
-    key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
-    _, voxel, n_points = np.unique(key, return_inverse=True, return_counts=True)
-    sums = [np.bincount(voxel, xyz[:, axis]) for axis in range(3)]
-    mean = np.stack(sums, axis=1) / n_points[:, None]
-    pairs = cKDTree(mean).query_pairs(tolerance, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), [len(mean)] * 2)
-    _, cluster = connected_components(links, directed=False)
-    labels: Array = cluster[voxel]
-    return labels
+    xyz = np.ascontiguousarray(xyz, np.float64)
+    voxel, keys = _number_cells(xyz, leaf, _table_for(xyz))
+    sums = np.zeros((len(keys), 4))
+    _add_up(xyz, voxel, sums)
+    means = sums[:, :3] / sums[:, 3:]
+    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
+    table = _table_for(means)
+    cell, keys = _number_cells(means, 1.000001 * tolerance, table)
+    cluster: Array = _join_near(means, tolerance, cell, keys, table)[voxel]
+    return cluster
 
 
-def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: float = 0.03) -> Array:
+def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: float = 0.08) -> Array:
     """Return the (n,) number of the thing that each of n clusters belongs to.
 
     A cluster that hovers belongs to those below it, seen from above: what joins them, a stem
@@ -49,6 +54,143 @@ def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: flo
     is_below = (low < low[:, None]) & (high > low[:, None] - reach)
     begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
     meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
-    _, thing = connected_components(hovers[:, None] & is_below & meets, directed=False)
-    things: Array = thing
-    return things
+    thing: Array = _join_linked(hovers[:, None] & is_below & meets)
+    return thing
+
+
+def _table_for(xyz: Array) -> Array:
+    """Return an empty hash table that is at most half full with the cells of (n, 3) points."""
+    return np.full(2 << len(xyz).bit_length(), -1, np.int32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_cells(xyz: Array, side: float, table: Array) -> tuple[Array, Array]:
+    """Number the cubes of a side in metres that hold (n, 3) points, in order of appearance.
+
+    table: see `_slot`; the cells are added. Return the (n,) number of each point's cell, and
+    the keys of the cells.
+    """
+    keys = np.empty(len(xyz), np.int64)
+    cell = np.empty(len(xyz), np.int64)
+    n_cells = 0
+    for point in range(len(xyz)):
+        key = np.int64(0)
+        for axis in range(3):
+            key = key * ALONG_Y + np.int64(np.floor(xyz[point, axis] / side))
+        slot = _slot(keys, table, key)
+        if table[slot] < 0:
+            table[slot] = n_cells
+            keys[n_cells] = key
+            n_cells += 1
+        cell[point] = table[slot]
+    return cell, keys[:n_cells]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _slot(keys: Array, table: Array, key: int) -> int:
+    """Return where a key is in the hash table, or where it would be.
+
+    table: 2^k slots, each with the place in `keys` of what it holds, -1 = nothing.
+    """
+    # The golden ratio's digits spread neighbours over the table.
+    slot = (key * 0x9E3779B97F4A7C1 >> 40) & (len(table) - 1)
+    while table[slot] >= 0 and keys[table[slot]] != key:
+        slot = (slot + 1) & (len(table) - 1)
+    return slot
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_up(xyz: Array, group: Array, sums: Array) -> None:
+    """Add the (n, 3) points and their count to the (n_groups, 4) sums of their groups."""
+    for point in range(len(xyz)):
+        for axis in range(3):
+            sums[group[point], axis] += xyz[point, axis]
+        sums[group[point], 3] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_near(xyz: Array, tolerance: float, cell: Array, keys: Array, table: Array) -> Array:
+    """Return the (n,) component of each point, where links are at most `tolerance` long.
+
+    cell, keys, table: of the points, see `_number_cells`.
+    """
+    parent = _own_parents(len(xyz))
+    before = np.empty(len(xyz), np.int64)
+    last = np.empty(len(keys), np.int64)
+    last[:] = -1
+    for point in range(len(xyz)):
+        before[point] = last[cell[point]]
+        last[cell[point]] = point
+    for key in keys:
+        one = table[_slot(keys, table, key)]
+        for shift in HALF_AROUND:
+            other = table[_slot(keys, table, key + shift)]
+            if other >= 0:
+                _join_chains(xyz, tolerance, before, last[one], last[other], parent)
+    component: Array = _number_roots(parent)
+    return component
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_chains(
+    xyz: Array, tolerance: float, before: Array, one: int, other: int, parent: Array
+) -> None:
+    """Join the points of two cells that are near each other.
+
+    before: (n,) the next point of the same cell, -1 = none. one, other: where the cells begin.
+    """
+    while one >= 0:
+        near = other
+        while near >= 0:
+            gap = 0.0
+            for axis in range(3):
+                gap += (xyz[one, axis] - xyz[near, axis]) ** 2
+            if gap <= tolerance * tolerance:
+                parent[_root(parent, one)] = _root(parent, near)
+            near = before[near]
+        one = before[one]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _own_parents(n: int) -> Array:
+    """Return n trees of one node: each node is its own parent."""
+    parent = np.empty(n, np.int64)
+    for node in range(n):
+        parent[node] = node
+    return parent
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _root(parent: Array, node: int) -> int:
+    """Return the first node of a node's tree, and halve the way to it for the next time."""
+    while parent[node] != node:
+        parent[node] = parent[parent[node]]
+        node = parent[node]
+    return node
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_roots(parent: Array) -> Array:
+    """Return the (n,) number of each node's tree, in the order of their first nodes."""
+    number = np.empty(len(parent), np.int64)
+    number[:] = -1
+    n_roots = 0
+    for node in range(len(parent)):
+        root = _root(parent, node)
+        if number[root] < 0:
+            number[root] = n_roots
+            n_roots += 1
+        number[node] = number[root]
+    return number
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_linked(links: Array) -> Array:
+    """Return the (n,) number of the component of each node of an (n, n) bool graph."""
+    parent = _own_parents(len(links))
+    for one in range(len(links)):
+        for other in range(len(links)):
+            if links[one, other]:
+                parent[_root(parent, one)] = _root(parent, other)
+    component: Array = _number_roots(parent)
+    return component

@@ -8,10 +8,11 @@ is refined by least squares in inverse depth, where the sensor's noise is the sa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from curiosight.segmentation.points import Points
 
@@ -42,8 +43,38 @@ def noise_band(points: Points, base: float, noise: float) -> Array:
 
     noise: inverse-depth noise of the sensor, 1/m; 0.0028 is one step of a Kinect's disparity.
     """
-    band: Array = base + noise * points.depth**2
+    band: Array = points.depth * points.depth
+    band *= noise
+    band += base
     return band
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Some points of a frame.
+
+    where: (n,) flat indices on the grid. xyz, normals: (n, 3), area: (n,), see `Points`.
+    band: (n,) metres, see `noise_band`.
+    """
+
+    where: Array
+    xyz: Array
+    normals: Array
+    area: Array
+    band: Array
+
+    @classmethod
+    def gather(cls, points: Points, band: Array, is_part: Mask) -> Self:
+        """Return the points where the (h, w) `is_part` is true."""
+        where = np.flatnonzero(is_part)
+        area, band = points.area.take(where), band.take(where)
+        return cls(where, points.xyz_at(where), points.normals_at(where), area, band)
+
+    def part(self, is_part: Mask) -> Self:
+        """Return the points where the (n,) `is_part` is true."""
+        chosen = np.flatnonzero(is_part)
+        arrays = (self.where, self.xyz, self.normals, self.area, self.band)
+        return type(self)(*(array.take(chosen, axis=0) for array in arrays))
 
 
 def fit_plane(
@@ -51,26 +82,42 @@ def fit_plane(
 ) -> tuple[Array, float, Array] | None:
     """Fit a plane to points, thrice, within 3, 1.5 and 1 times `band` of the last fit.
 
-    xyz: (n, 3) and band: (n,) metres. normal, offset: where to begin; the side is kept.
+    xyz: (n, 3) and band: (n,) float32 metres. normal, offset: where to begin; the side is kept.
     max_points: of more, evenly spaced ones are fitted.
     Return normal, offset and the (n,) bool inliers; None when fewer than 50 points remain.
     """
     stride = 1 + len(xyz) // max_points
-    fitted, thickness = xyz[::stride], band[::stride]
     for slack in (3.0, 1.5, 1.0):
-        signed = fitted @ normal.astype(np.float32) + np.float32(offset)
-        inside = fitted[np.abs(signed) < slack * thickness].astype(np.float64)
-        if len(inside) * stride < 50:
+        sums = np.zeros((4, 4))
+        _sum_rays(xyz, slack * band, normal, offset, stride, sums)
+        if sums[2, 2] * stride < 50:
             return None
-        inverse = 1 / inside[:, 2]
-        rays = inside * inverse[:, None]
         # n·p = 1 divided by z: rays·n = 1/z, whose noise does not depend on the distance.
-        solution = np.linalg.solve(rays.T @ rays + 1e-9 * np.eye(3), rays.T @ inverse)
+        solution = np.linalg.solve(sums[:3, :3] + 1e-9 * np.eye(3), sums[:3, 3])
         length = float(np.linalg.norm(solution))
         sign = 1.0 if solution @ normal > 0 else -1.0
         normal, offset = sign * solution / length, -sign / length
     signed = xyz @ normal.astype(np.float32) + np.float32(offset)
     return normal, offset, np.abs(signed) < band
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_rays(
+    xyz: Array, band: Array, normal: Array, offset: float, stride: int, sums: Array
+) -> None:
+    """Add the products of (x/z, y/z, 1, 1/z) of the points within `band` of a plane to `sums`.
+
+    xyz: (n, 3) and band: (n,) float32, of which every `stride`-th is taken. sums: (4, 4) float64.
+    """
+    a, b, c = np.float32(normal[0]), np.float32(normal[1]), np.float32(normal[2])
+    for i in range(0, len(xyz), stride):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        if abs(x * a + y * b + z * c + np.float32(offset)) < band[i]:
+            inverse = 1 / np.float64(z)
+            row = (x * inverse, y * inverse, 1.0, inverse)
+            for j in range(4):
+                for k in range(4):
+                    sums[j, k] += row[j] * row[k]
 
 
 def find_supports(
@@ -91,36 +138,37 @@ def find_supports(
     max_normal_angle: how far a point's own normal may, for the point to vote.
     min_area: visible square metres.
     """
-    level = points.normals @ up.astype(np.float32) > np.cos(max_normal_angle)
-    level &= points.depth < max_range
-    xyz, area, thickness = points.xyz[level], points.area[level], band[level]
-    heights = xyz @ up.astype(np.float32)
-    is_free = np.ones(len(xyz), np.bool_)
+    vertical = up.astype(np.float32)
+    is_level = (points.normals @ vertical > np.cos(max_normal_angle)) & (points.depth < max_range)
+    rest = Surface.gather(points, band, is_level)
     found: list[tuple[float, Plane]] = []
     for _ in range(2 * max_supports):
-        height, peak_area = _peak_height(heights[is_free], area[is_free])
+        heights = rest.xyz @ vertical
+        height, peak_area = _peak_height(heights, rest.area)
         if peak_area < min_area or len(found) == max_supports:
             break
-        near = np.flatnonzero(is_free & (np.abs(heights - height) < 0.04 + thickness))
-        fit = fit_plane(xyz[near], thickness[near], up, -height)
-        is_free[near] = False
-        if fit is None or fit[0] @ up < np.cos(max_tilt):
-            continue
-        normal, offset, inliers = fit
-        visible_area = float(area[near[inliers]].sum())
-        if visible_area >= min_area:
-            mask = scatter(near[inliers], level)
-            found.append((visible_area, Plane(normal, offset, mask)))
-            is_free &= np.abs(xyz @ normal.astype(np.float32) + offset) > 1.5 * thickness
+        is_near = np.abs(heights - height) < 0.04 + rest.band
+        near = rest.part(is_near)
+        fit = fit_plane(near.xyz, near.band, up, -height)
+        is_rest = ~is_near
+        if fit is not None and fit[0] @ up >= np.cos(max_tilt):
+            normal, offset, inliers = fit
+            visible_area = float(near.area[inliers].sum())
+            if visible_area >= min_area:
+                mask = mask_of(near.where[inliers], points.depth.shape)
+                plane = Plane(normal, offset, mask)
+                found.append((visible_area, plane))
+                is_rest &= np.abs(plane.distance(rest.xyz)) > 1.5 * rest.band
+        rest = rest.part(is_rest)
     found.sort(key=lambda pair: -pair[0])
     return [plane for _, plane in found]
 
 
-def scatter(chosen: Array, mask: Mask) -> Mask:
-    """Return the part of a mask that remains when only some of its True cells are `chosen`."""
-    part = np.zeros(mask.shape, np.bool_)
-    part.ravel()[np.flatnonzero(mask)[chosen]] = True
-    return part
+def mask_of(where: Array, shape: tuple[int, ...]) -> Mask:
+    """(h, w) bool: True at the given flat indices."""
+    mask = np.zeros(shape, np.bool_)
+    mask.ravel()[where] = True
+    return mask
 
 
 def _peak_height(heights: Array, area: Array, *, step: float = 0.02) -> tuple[float, float]:
@@ -128,16 +176,28 @@ def _peak_height(heights: Array, area: Array, *, step: float = 0.02) -> tuple[fl
     if heights.size == 0:
         return 0.0, 0.0
     low = float(heights.min())
-    index = ((heights - low) / step).astype(np.int64)
-    histogram = np.convolve(np.bincount(index, area), np.ones(3), "same")
+    n_steps = 2 + int((float(heights.max()) - low) / step)
+    sums = np.zeros(n_steps)
+    _sum_area(heights, area, low, step, sums)
+    histogram = np.convolve(sums, np.ones(3), "same")
     peak = int(np.argmax(histogram))
     return low + (peak + 0.5) * step, float(histogram[peak])
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_area(heights: Array, area: Array, low: float, step: float, sums: Array) -> None:
+    """Add the area to the (n_steps,) sums per step of height upwards from `low`."""
+    for point in range(len(heights)):
+        sums[int((heights[point] - low) / step)] += area[point]
+
+
 def horizontal_axes(up: Array) -> tuple[Array, Array]:
     """Return two unit vectors that span the horizontal plane: the camera's right and forward."""
-    right = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    if np.linalg.norm(right) < 0.1:
-        right = np.array([0.0, 0.0, 1.0]) - up[2] * up
-    right /= np.linalg.norm(right)
-    return right, np.cross(right, up)
+    x, y, z = (float(component) for component in up)
+    right = np.array([1.0 - x * x, -x * y, -x * z])
+    if right @ right < 0.01:
+        right = np.array([-z * x, -z * y, 1.0 - z * z])
+    right /= np.sqrt(right @ right)
+    # The cross product of right and up, which NumPy takes long for.
+    i, j, k = (float(component) for component in right)
+    return right, np.array([j * z - k * y, k * x - i * z, i * y - j * x])

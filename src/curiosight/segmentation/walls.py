@@ -5,13 +5,21 @@ As with the supports (`planes.py`), the known vertical leaves few unknowns, here
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
-from curiosight.segmentation.planes import Mask, Plane, fit_plane, horizontal_axes, scatter
+from curiosight.segmentation.planes import (
+    Mask,
+    Plane,
+    Surface,
+    fit_plane,
+    horizontal_axes,
+    mask_of,
+)
 from curiosight.segmentation.points import Points, ends
 
 Array = npt.NDArray[Any]
@@ -37,15 +45,49 @@ class Wall(Plane):
 
     def is_before(self, xyz: Array, *, margin: float = 0.10) -> Mask:
         """(n,) bool: which of (n, 3) points are straight before or behind the wall."""
-        along, height = (self.axes.T.astype(xyz.dtype) @ xyz.T).astype(np.float64)
-        low, high = self.low - margin, self.high + margin
-        is_before = (along > low[0]) & (along < high[0]) & (height > low[1]) & (height < high[1])
-        return np.asarray(is_before)
+        places = xyz @ self.axes.astype(xyz.dtype)
+        is_before = (places > self.low - margin) & (places < self.high + margin)
+        return np.asarray(is_before[:, 0] & is_before[:, 1])
 
-    def near(self, points: Points, free: Mask, band: Array) -> Array:
+    def near(self, points: Points, free: Mask, band: Array, *, margin: float = 0.10) -> Array:
         """Return the flat indices of the `free` points within `band` of the wall, before it."""
-        where = np.flatnonzero(free & (np.abs(self.distance(points.xyz)) < band))
-        return where[self.is_before(points.xyz.reshape(-1, 3)[where])]
+        is_near = np.zeros(free.shape, np.bool_)
+        to_wall, box = self._face(margin)
+        _mark_near(points.depth, points.x, points.y, free, band, to_wall, box, is_near)
+        return np.flatnonzero(is_near)
+
+    def _face(self, margin: float) -> tuple[Array, Array]:
+        """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
+        to_wall = np.zeros((4, 3), np.float32)
+        to_wall[:3, :2], to_wall[:3, 2], to_wall[3, 2] = self.axes, self.normal, self.offset
+        box = np.empty((2, 2), np.float32)
+        box[0], box[1] = self.low - margin, self.high + margin
+        return to_wall, box
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_near(
+    depth: Array,
+    x: Array,
+    y: Array,
+    free: Array,
+    band: Array,
+    to_wall: Array,
+    box: Array,
+    is_near: Array,
+) -> None:
+    """Set (h, w) `is_near` as `Wall.near` says; depth, x, y: see `Points`; the rest, `_face`."""
+    low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
+    a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
+    for v in range(len(y)):
+        # What a row shares: the directions along its rays are those plus x times `a`.
+        along_row, up_row, off_row = y[v] * b[0] + c[0], y[v] * b[1] + c[1], y[v] * b[2] + c[2]
+        for u in range(len(x)):
+            z = depth[v, u]
+            along, up = z * (x[u] * a[0] + along_row), z * (x[u] * a[1] + up_row)
+            gap = abs(z * (x[u] * a[2] + off_row) + offset)
+            is_before = (along > low) & (along < high) & (up > bottom) & (up < top)
+            is_near[v, u] = free[v, u] & is_before & (gap < band[v, u])
 
 
 def find_walls(
@@ -71,39 +113,89 @@ def find_walls(
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
     vertical = free & (np.abs(points.normals @ up.astype(np.float32)) < max_cosine)
-    xyz, normals, area = points.xyz[vertical], points.normals[vertical], points.area[vertical]
-    thickness, is_border, is_over_table = band[vertical], border[vertical], over_tables[vertical]
-    headings = _Headings(xyz, normals, up)
-    is_free = np.ones(len(xyz), np.bool_)
+    rest = Surface.gather(points, band, vertical)
+    headings = _Headings(rest, up)
     walls: list[Wall] = []
     for _ in range(2 * max_walls):
-        normal, distance, peak_area = headings.peak(np.where(is_free, area, 0))
+        normal, offset, peak_area = headings.peak(rest.area)
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
-        near = is_free & (np.abs(xyz @ normal.astype(np.float32) + distance) < 0.08 + thickness)
-        near &= normals @ normal.astype(np.float32) > 0.85
-        where = np.flatnonzero(near)
-        fit = fit_plane(xyz[where], thickness[where] + 0.02, normal, distance)
-        if fit is None or abs(fit[0] @ up) > 0.15:
-            is_free[where] = False
+        face, is_used = _fit_face(rest, up, normal, offset)
+        is_rest = ~is_used
+        rest = rest.part(is_rest)
+        headings.keep(is_rest)
+        if face is None:
             continue
-        normal, distance, inliers = fit
-        axes = _axes_of(normal, up)
-        along, height = (xyz @ axes.astype(np.float32)).T
-        first, last = _longest_run(along[where[inliers]], area[where[inliers]])
-        is_in_run = (along >= first) & (along <= last)
-        is_near = np.abs(xyz @ normal.astype(np.float32) + distance) < thickness + 0.03
-        is_free &= ~(is_near & is_in_run)
-        is_free[where[inliers & is_in_run[where]]] = False
-        where = where[inliers & is_in_run[where]]
-        where = where[_below_top(height[where], is_over_table[where])]
-        least = min_cut_diagonal if is_border[where].any() else min_diagonal
-        if area[where].sum() < min_area or visible_diagonal(xyz[where], axes) < least:
-            continue
-        places = np.stack([along[where], height[where]], axis=1).astype(np.float64)
-        low, high = places.min(axis=0), places.max(axis=0)
-        walls.append(Wall(normal, distance, scatter(where, vertical), axes, low, high))
+        face = face.below_top(over_tables.take(face.surface.where))
+        least = min_cut_diagonal if border.take(face.surface.where).any() else min_diagonal
+        if face.surface.area.sum() >= min_area and face.diagonal() >= least:
+            walls.append(face.wall(free.shape))
     return walls
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Face:
+    """Points on one vertical plane, without a wide gap; the rest as in `Wall`."""
+
+    surface: Surface
+    normal: Array
+    offset: float
+    axes: Array
+
+    @property
+    def places(self) -> Array:
+        """(n, 2) metres along the axes."""
+        places: Array = self.surface.xyz @ self.axes.astype(np.float32)
+        return places
+
+    def below_top(self, is_over_table: Mask, *, margin: float = 0.05) -> Self:
+        """Return the face with points over a table only as high as it is elsewhere, if it is.
+
+        is_over_table: (n,) bool.
+        """
+        height = self.places[:, 1]
+        elsewhere = height[~is_over_table]
+        if len(elsewhere) < 50:
+            return self
+        is_below = ~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin)
+        return replace(self, surface=self.surface.part(is_below))
+
+    def diagonal(self) -> float:
+        """Return the visible diagonal in metres, without the outermost 1 %."""
+        if len(self.surface.where) == 0:
+            return 0.0
+        low, high = np.transpose([ends(place) for place in self.places.T])
+        return float(np.linalg.norm(high - low))
+
+    def wall(self, shape: tuple[int, ...]) -> Wall:
+        """Return the face as a wall, on a grid of a shape."""
+        places = self.places.astype(np.float64)
+        inliers = mask_of(self.surface.where, shape)
+        low, high = places.min(axis=0), places.max(axis=0)
+        return Wall(self.normal, self.offset, inliers, self.axes, low, high)
+
+
+def _fit_face(rest: Surface, up: Array, normal: Array, offset: float) -> tuple[_Face | None, Mask]:
+    """Fit a vertical plane near a first guess, and cut it to its longest run.
+
+    Return the face, None where there is none, and which of the points are used up.
+    """
+    direction = normal.astype(np.float32)
+    is_near = np.abs(rest.xyz @ direction + offset) < 0.08 + rest.band
+    is_near &= rest.normals @ direction > 0.85
+    near = rest.part(is_near)
+    fit = fit_plane(near.xyz, near.band + 0.02, normal, offset)
+    if fit is None or abs(fit[0] @ up) > 0.15:
+        return None, is_near
+    normal, offset, is_inlier = fit
+    axes = _axes_of(normal, up)
+    face = _Face(near.part(is_inlier), normal, offset, axes)
+    along = face.places[:, 0]
+    first, last = _longest_run(along, face.surface.area)
+    face = replace(face, surface=face.surface.part((along >= first) & (along <= last)))
+    is_used = np.abs(rest.xyz @ normal.astype(np.float32) + offset) < rest.band + 0.03
+    along = rest.xyz @ axes[:, 0].astype(np.float32)
+    return face, is_used & (along >= first) & (along <= last)
 
 
 def _axes_of(normal: Array, up: Array) -> Array:
@@ -126,22 +218,14 @@ def _longest_run(along: Array, area: Array, *, cell: float = 0.05) -> tuple[floa
     return float(chosen.min()), float(chosen.max())
 
 
-def _below_top(height: Array, is_over_table: Array, *, margin: float = 0.05) -> Mask:
-    """(n,) bool: points over a table only as high as the wall is elsewhere, if it is."""
-    elsewhere = height[~is_over_table]
-    if len(elsewhere) < 50:
-        return np.ones(len(height), np.bool_)
-    return np.asarray(~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin))
-
-
 class _Headings:
     """The histogram of vertical surface over heading (3°) and distance (5 cm)."""
 
-    def __init__(self, xyz: Array, normals: Array, up: Array) -> None:
+    def __init__(self, surface: Surface, up: Array) -> None:
         self._right, self._forward = horizontal_axes(up)
         axes = np.stack([self._right, self._forward], axis=1).astype(np.float32)
-        x, y = (xyz @ axes).T
-        heading = np.arctan2(*(normals @ axes).T)
+        x, y = (surface.xyz @ axes).T
+        heading = np.arctan2(*(surface.normals @ axes).T)
         sector = np.minimum(((heading + np.pi) / SECTOR).astype(np.int64), N_SECTORS - 1)
         centre = ((np.arange(N_SECTORS) + 0.5) * SECTOR - np.pi).astype(np.float32)
         along = np.sin(centre)[sector] * x + np.cos(centre)[sector] * y
@@ -149,6 +233,10 @@ class _Headings:
         row = ((along - self._low) / ROW).astype(np.int64)
         self._n_rows = int(row.max()) + 1 if len(row) else 1
         self._cell = sector * self._n_rows + row
+
+    def keep(self, is_kept: Mask) -> None:
+        """Forget the points that are not to be kept, (n,) bool."""
+        self._cell = self._cell[is_kept]
 
     def peak(self, weights: Array) -> tuple[Array, float, float]:
         """Return normal, offset and weight of the heaviest wall: 3 sectors by 2 rows."""
@@ -160,14 +248,3 @@ class _Headings:
         angle = (sector + 0.5) * SECTOR - np.pi
         normal = np.sin(angle) * self._right + np.cos(angle) * self._forward
         return normal, -(self._low + row * ROW), float(votes[sector, row])
-
-
-def visible_diagonal(xyz: Array, axes: Array) -> float:
-    """Return the diagonal in metres of (n, 3) wall points, without the outermost 1 %.
-
-    axes: (3, 2) along the wall.
-    """
-    if len(xyz) == 0:
-        return 0.0
-    low, high = np.transpose([ends(place) for place in (xyz @ axes).T])
-    return float(np.linalg.norm(high - low))

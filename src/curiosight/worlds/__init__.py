@@ -2,8 +2,17 @@
 
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
+from curiosight.worlds.room_world import RoomWorld
 from curiosight.worlds.sources import open_source
 from curiosight.worlds.travel import Odometer, travel
 from curiosight.worlds.world import World
 
-__all__ = ["Odometer", "ReplayWorld", "World", "check_world", "open_source", "travel"]
+__all__ = [
+    "Odometer",
+    "ReplayWorld",
+    "RoomWorld",
+    "World",
+    "check_world",
+    "open_source",
+    "travel",
+]

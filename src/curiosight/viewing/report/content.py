@@ -114,7 +114,8 @@ class Report:
     """A run, told for a person; what is empty or None is left out of the page.
 
     sentence: what happened. took: how long, apart from it as no two runs take the same time.
-    region_names: of the regions that `steps` and `room_map` number.
+    region_names: of the regions that `steps` and `room_map` number. region_note: a sentence that
+        tells how to read these names.
     problems: what went wrong. limits: what the report cannot tell.
     """
 
@@ -125,6 +126,7 @@ class Report:
     examples: Sequence[ExampleGroup] = ()
     steps: Sequence[ReportStep] = ()
     region_names: Sequence[str] = ()
+    region_note: str = ""
     room_map: RoomMap | None = None
     making: Making | None = None
     problems: Sequence[str] = ()

@@ -27,7 +27,9 @@ def floor_plan(room: RoomMap, region_names: Sequence[str]) -> Markup:
     corners = _corners(room)
     size = float(np.ptp(corners, axis=0).max()) or 1.0
     reach = _REACH * size
-    low, high = corners.min(0) - 1.1 * reach, corners.max(0) + 1.1 * reach
+    # Walls hold nearly every wedge; without them the outermost may open outwards.
+    margin = (1.1 if room.outline is None else 0.2) * reach
+    low, high = corners.min(0) - margin, corners.max(0) + margin
     width, height = high - low
     drawing = element(
         "svg",

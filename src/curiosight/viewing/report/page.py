@@ -64,6 +64,8 @@ def _sections(report: Report) -> Iterator[Markup]:
     yield _opening(report)
     if any(group.examples for group in report.examples):
         yield _section("examples", "What it sees", _EXAMPLES, example_groups(report.examples))
+    if any(table.rows for table in report.results):
+        yield _section("results", "In numbers", "", join(map(_results, report.results)))
     if report.steps:
         yield _curve(report)
     if report.room_map is not None:
@@ -77,11 +79,11 @@ def _sections(report: Report) -> Iterator[Markup]:
 
 
 def _opening(report: Report) -> Markup:
-    """Say what happened, and the results."""
+    """Say what happened."""
     parts = [element("h1", {}, report.title), element("p", {"class": "lead"}, report.sentence)]
     if report.took:
         parts.append(element("p", {"class": "measured"}, report.took))
-    return element("header", {}, *parts, *map(_results, report.results))
+    return element("header", {}, *parts)
 
 
 def _results(table: Results) -> Markup:
@@ -119,11 +121,13 @@ def _map(report: Report) -> Markup:
     text = (
         "The room from above. Each wedge is a look, from where the camera stood to where it "
         "pointed, in the colour of its region; a larger dot was looked from more often. Small "
-        "ticks are the other views, the thin line is its way. "
+        "ticks are the other views, the thin line joins the looks in their order. "
         f"Squares of {number(grid_of(room))} m."
     )
     if any(footprint.is_object for footprint in room.footprints):
         text += " Green outlines are objects."
+    if report.region_note:
+        text += f" {report.region_note}"
     figure = element("figure", {}, plan, region_key(report.region_names))
     return _section("map", "Where it looked", text, figure)
 

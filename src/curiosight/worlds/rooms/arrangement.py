@@ -11,6 +11,7 @@ import numpy.typing as npt
 from curiosight.frame import Pose
 from curiosight.worlds.rooms.free_space import ROBOT_RADIUS, FreeSpace, Polygon
 from curiosight.worlds.rooms.mesh import Mesh, standing
+from curiosight.worlds.rooms.plan import FloorPlan
 from curiosight.worlds.rooms.scene import Part, Role
 from curiosight.worlds.rooms.things.kind import Kind
 
@@ -60,18 +61,18 @@ class Thing:
 class Arrangement:
     """The places of a room, some of them taken.
 
-    outline: of the room. obstacles: footprints of furniture. kept_free: boxes (4 numbers) of
+    obstacles: footprints of furniture. kept_free: boxes (4 numbers) of
     the floor where nothing may stand, such as before doors.
     """
 
     def __init__(
         self,
-        outline: Polygon,
+        plan: FloorPlan,
         surfaces: Sequence[Surface],
         obstacles: Sequence[Polygon],
         kept_free: Sequence[Box] = (),
     ) -> None:
-        self._outline = np.asarray(outline, np.float64)
+        self._plan = plan
         self._surfaces = tuple(surfaces)
         self._obstacles = [_box_around(obstacle) for obstacle in obstacles]
         self._kept_free = list(kept_free)
@@ -115,14 +116,14 @@ class Arrangement:
                 return
 
     def _put_on_floor(self, thing: Thing, rng: np.random.Generator) -> None:
-        low, high = self._outline.min(0), self._outline.max(0)
+        low, high = np.reshape(self._plan.bounds, (2, 2))
         for _ in range(_N_TRIES):
             x, y = rng.uniform(low, high)
             pose = standing(x, y, 0.0, rng.uniform(-np.pi, np.pi))
             box = _bounds(thing.mesh, pose)
             around = _grown(box, _GAP_ON_FLOOR)
             taken = [*self._on_floor, *self._obstacles, *self._kept_free]
-            if not _is_inside(around, self._outline) or _meets_any(around, taken):
+            if not _is_inside(around, self._plan) or _meets_any(around, taken):
                 continue
             reach = self._reach(box)
             if reach > self._n_square_metres - 1.2 * _area(_grown(box, ROBOT_RADIUS)):
@@ -137,7 +138,7 @@ class Arrangement:
         Where that falls by more than what the thing covers, it bars the way.
         """
         boxes = [*self._obstacles, *self._on_floor, *([] if box is None else [box])]
-        return FreeSpace(self._outline, [corners(other) for other in boxes]).area
+        return FreeSpace(self._plan.outline, [corners(other) for other in boxes]).area
 
 
 def rearranged(
@@ -199,19 +200,6 @@ def _meets_any(box: Box, others: Sequence[Box]) -> bool:
     return bool((~apart.any(1)).any())
 
 
-def _is_inside(box: Box, outline: Polygon) -> bool:
-    """Tell whether a box lies inside an outline of axis-parallel walls."""
-    starts, ends = outline, np.roll(outline, -1, axis=0)
-    walls = np.concatenate([np.minimum(starts, ends), np.maximum(starts, ends)], 1)
-    if _meets_any(box, list(walls)):
-        return False
-    return _contains(outline, (box[:2] + box[2:]) / 2)
-
-
-def _contains(outline: Polygon, place: npt.NDArray[np.float64]) -> bool:
-    """Count the walls to the right of a place: odd inside."""
-    starts, ends = outline, np.roll(outline, -1, axis=0)
-    spans = (starts[:, 1] > place[1]) != (ends[:, 1] > place[1])
-    share = (place[1] - starts[spans, 1]) / (ends[spans, 1] - starts[spans, 1])
-    crossings = starts[spans, 0] + share * (ends[spans, 0] - starts[spans, 0])
-    return bool(np.count_nonzero(crossings > place[0]) % 2)
+def _is_inside(box: Box, plan: FloorPlan) -> bool:
+    walls = [np.concatenate([wall.ends.min(0), wall.ends.max(0)]) for wall in plan.walls]
+    return not _meets_any(box, walls) and bool(plan.contains((box[:2] + box[2:]) / 2))

@@ -14,9 +14,9 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from curiosight.frame import Rgb
+from curiosight.worlds.rooms.compiling import kernel
 
 Array = npt.NDArray[Any]
 
@@ -93,9 +93,9 @@ def develop(radiance: Array, look: Look, rng: np.random.Generator) -> Rgb:
 
 def brightness_noise(height: int, width: int, rng: np.random.Generator) -> Array:
     """Draw (H, W) float32 noise of standard deviation 1, smooth as demosaicing leaves it."""
-    kernel = cv2.getGaussianKernel(5, NOISE_BLUR_PX)
-    kernel = kernel / np.linalg.norm(kernel)
-    noise: Array = cv2.sepFilter2D(_white_noise((height, width), rng), -1, kernel, kernel)
+    taps = cv2.getGaussianKernel(5, NOISE_BLUR_PX)
+    taps = taps / np.linalg.norm(taps)
+    noise: Array = cv2.sepFilter2D(_white_noise((height, width), rng), -1, taps, taps)
     return noise
 
 
@@ -130,15 +130,15 @@ def _streak(motion_px: tuple[float, float]) -> Array:
     du, dv = motion_px
     n_steps = 4 * int(np.ceil(max(abs(du), abs(dv), 1)))
     radius = int(np.ceil(max(abs(du), abs(dv)) / 2)) + 1
-    kernel = np.zeros((2 * radius + 1, 2 * radius + 1), np.float32)
+    smear = np.zeros((2 * radius + 1, 2 * radius + 1), np.float32)
     for share in np.linspace(-0.5, 0.5, n_steps):
         u, v = radius + share * du, radius + share * dv
         left, top = int(u), int(v)
         right, low = u - left, v - top
         weights = np.outer([1 - low, low], [1 - right, right])
-        kernel[top : top + 2, left : left + 2] += weights
-    kernel /= kernel.sum()
-    return kernel
+        smear[top : top + 2, left : left + 2] += weights
+    smear /= smear.sum()
+    return smear
 
 
 def _response() -> Array:
@@ -153,7 +153,7 @@ def _response() -> Array:
 RESPONSE = _response()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expose(
     light: Array,
     gains: Array,

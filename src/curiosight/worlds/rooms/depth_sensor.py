@@ -14,9 +14,9 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from curiosight.frame import Camera, Depth
+from curiosight.worlds.rooms.compiling import kernel
 
 Array = npt.NDArray[Any]
 
@@ -87,7 +87,7 @@ def smooth_noise(size: tuple[int, int], blur_px: float, rng: np.random.Generator
     return field
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def cast_shadows(inverse: Array, focal_baseline: float) -> Array:
     """Tell which pixels the projector, a baseline to the right of the camera, cannot see.
 
@@ -118,7 +118,7 @@ def cast_shadows(inverse: Array, focal_baseline: float) -> Array:
     return is_hidden
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fray_outlines(inverse: Array, shift_u: Array, shift_v: Array) -> Array:
     """Return (H, W) int32 places, v · W + u, that the pixels take their reading from.
 
@@ -142,7 +142,7 @@ def fray_outlines(inverse: Array, shift_u: Array, shift_v: Array) -> Array:
     return source
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _plane_through(inverse: Array, v: int, u: int, other_v: int, other_u: int) -> float:
     """Return the inverse depth at another pixel if the surface at (v, u) went on evenly."""
     height, width = inverse.shape
@@ -155,7 +155,7 @@ def _plane_through(inverse: Array, v: int, u: int, other_v: int, other_u: int) -
     return float(here + slope_u * (other_u - u) + slope_v * (other_v - v))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _slope(before: float, here: float, after: float) -> float:
     """Return the flatter of the two one-sided slopes: across an outline, that of the inside."""
     back, ahead = here - before, after - here
@@ -164,7 +164,7 @@ def _slope(before: float, here: float, after: float) -> float:
     return 0.0 if np.isnan(back) else back
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def read(
     inverse: Array, cosine: Array, infrared: Array, source: Array, noise: Array, holes: Array
 ) -> Array:
@@ -185,7 +185,7 @@ def read(
     return reading
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def loss(depth: float, cosine: float, infrared: float) -> float:
     """Return the chance that the sensor finds nothing: the ray grazes, or it is too dark."""
     grazing = max(GRAZING_COSINE - cosine, 0.0) / (GRAZING_COSINE - BLIND_COSINE)
@@ -194,7 +194,7 @@ def loss(depth: float, cosine: float, infrared: float) -> float:
     return min(max(grazing**2, faint), 1.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def normal_quantile(chance: float) -> float:
     """Return what a normal number is below with this chance, by a logistic one: to 0.01."""
     if chance < 1e-3:
@@ -202,7 +202,7 @@ def normal_quantile(chance: float) -> float:
     return math.log(chance / (1 - chance)) / 1.702 if chance < 1 else np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def noise_before_steps(depth: float) -> float:
     """Return the standard deviation that rounding brings up to 1.2 mm + 1.9 mm · (z - 0.4)²."""
     sigma = 0.0012 + 0.0019 * (depth - 0.4) ** 2

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.worlds.rooms.compiling import kernel
 from curiosight.worlds.rooms.mesh import Floats, Material, Texture
-from curiosight.worlds.rooms.vectors import Triple, kernel
+from curiosight.worlds.rooms.vectors import Triple
 
 # The first is the texture itself, the last about two texels wide for one of 512.
 N_LEVELS = 9

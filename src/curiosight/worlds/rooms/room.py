@@ -128,4 +128,4 @@ def _places(plan: FloorPlan, shell: Shell, furniture: Sequence[Placed]) -> Arran
     ]
     footprints = [placed.footprint for placed in furniture]
     kept_free = [np.asarray(area) for area in shell.kept_free]
-    return Arrangement(plan.outline, surfaces, footprints, kept_free)
+    return Arrangement(plan, surfaces, footprints, kept_free)

@@ -85,6 +85,8 @@ def parse_room(source: str) -> RoomSettings:
             hint = f"; did you mean {near[0]}=?" if near and near[0] != key else ""
             expected = "room:SEED,key=value with " + ", ".join(_READERS)
             raise ValueError(f"{source}: expected {expected}; got {pair!r}{hint}")
+        if key in options:
+            raise ValueError(f"{source}: expected {key}= once, got it twice")
         options[key] = _read(key, _READERS[key], value)
     return RoomSettings(**options)
 

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.worlds.rooms.compiling import kernel
 from curiosight.worlds.rooms.lighting import LitMesh
 from curiosight.worlds.rooms.mesh import Floats, Mesh
 from curiosight.worlds.rooms.mipmaps import Mipmaps, trilinear
 from curiosight.worlds.rooms.scene import Light
 from curiosight.worlds.rooms.tracing import Hits
-from curiosight.worlds.rooms.vectors import Triple, dot, kernel, scaled
+from curiosight.worlds.rooms.vectors import Triple, dot, scaled
 
 Indices = npt.NDArray[np.int32]
 

@@ -158,3 +158,8 @@ def _turn(a: Points, b: Points, c: Points) -> Points:
     """Return twice the area of a, b, c: positive where they turn left; c is (2,) or (N, 2)."""
     turn: Points = (b[0] - a[0]) * (c[..., 1] - a[1]) - (b[1] - a[1]) * (c[..., 0] - a[0])
     return turn
+
+
+def even_steps(length: float, spacing: float) -> Points:
+    """Return shares of a length from 0 to 1, none further apart than the spacing."""
+    return np.linspace(0, 1, max(1, int(np.ceil(length / spacing - 1e-9))) + 1)

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import sqrt
-from typing import ParamSpec, TypeVar
 
-from numba import njit
+from curiosight.worlds.rooms.compiling import kernel
 
-Parameters = ParamSpec("Parameters")
-Result = TypeVar("Result")
 Triple = tuple[float, float, float]
-
-
-def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Compile a function; a division by zero gives infinity or NaN as in NumPy."""
-    compiled: Callable[Parameters, Result] = njit(cache=True, nogil=True, error_model="numpy")(
-        function
-    )
-    return compiled
 
 
 @kernel

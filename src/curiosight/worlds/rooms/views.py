@@ -87,7 +87,7 @@ class RoomViews:
 
     @cached_property
     def renderer(self) -> Renderer:
-        """What draws the room; its light takes about a second."""
+        """What draws the room; its light takes some seconds."""
         return Renderer(self.room.scene, n_threads=2)
 
     def __len__(self) -> int:

@@ -7,12 +7,12 @@ from itertools import product
 
 import numpy as np
 
-from curiosight.worlds.rooms import shapes, textures
+from curiosight.worlds.rooms import round_shapes, textures
 from curiosight.worlds.rooms.blocks import Range, block, upright_grain
+from curiosight.worlds.rooms.materials import colour, near, plastic, steel, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.surfaces import turned
-from curiosight.worlds.rooms.things.materials import colour, near, plastic, steel, timber
 
 # Between the fronts of a cupboard, and their thickness, metres.
 GAP, THICKNESS = 0.004, 0.018
@@ -77,7 +77,7 @@ def _reachable(low: float, high: float) -> float:
 def _handle(at: tuple[float, float], y: float, is_upright: bool, look: Look) -> Mesh:
     x, z = at
     if look.handle == "knob":
-        knob = shapes.cylinder(0.016, 0.022, look.metal, n_around=10)
+        knob = round_shapes.cylinder(0.016, 0.022, look.metal, n_around=10)
         return knob.moved(turned((1, 0, 0), np.pi / 2, (x, y, z)))
     half = 0.07
     if is_upright:

@@ -20,7 +20,9 @@ Draw = Callable[[np.random.Generator], Furniture]
 # Metres from a wall to what stands at it, or to what stands under a window; free to the sides
 # of a window, before a piece's front, and around what stands free.
 AT_WALL, AT_WINDOW, BESIDE, IN_FRONT, AROUND = 0.03, 0.18, 0.35, 0.75, 0.8
-ROBOT_RADIUS, WAY_RADIUS, CELL = 0.35, 0.40, 0.05
+# Half the width of the narrowest way, which all of the floor hangs together by, and of a wide one;
+# side of a cell of the map of them.
+NARROW_RADIUS, WIDE_RADIUS, CELL = 0.35, 0.40, 0.05
 # Share of the floor that is covered at most, and that wide ways reach at least.
 LARGEST_SHARE, MAIN_SHARE = 0.33, 0.97
 FEWEST_TOPS, N_TRIES = 3, 120
@@ -139,8 +141,8 @@ class _Furnishing:
         if covered > LARGEST_SHARE * self._plan.area:
             return False
         clearance = floor_clearance(self._plan, boxes)
-        wide = piece_sizes(clearance > WAY_RADIUS)
-        is_one_piece = len(piece_sizes(clearance > ROBOT_RADIUS)) == 1
+        wide = piece_sizes(clearance > WIDE_RADIUS)
+        is_one_piece = len(piece_sizes(clearance > NARROW_RADIUS)) == 1
         return bool(is_one_piece and wide.max(initial=0) > MAIN_SHARE * wide.sum())
 
 

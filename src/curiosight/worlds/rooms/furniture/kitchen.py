@@ -6,19 +6,13 @@ from itertools import groupby
 
 import numpy as np
 
-from curiosight.worlds.rooms import shapes, textures
+from curiosight.worlds.rooms import round_shapes, shapes, textures
 from curiosight.worlds.rooms.blocks import block
-from curiosight.worlds.rooms.furniture.fronts import (
-    THICKNESS,
-    TOP_SPACING,
-    Look,
-    draw_look,
-    fronts,
-)
+from curiosight.worlds.rooms.furniture.fronts import THICKNESS, TOP_SPACING, Look, draw_look, fronts
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top
+from curiosight.worlds.rooms.materials import chrome, colour, near, plastic, steel, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
 from curiosight.worlds.rooms.palette import MUTED, draw_colour
-from curiosight.worlds.rooms.things.materials import chrome, colour, near, plastic, steel, timber
 
 UNIT, DEPTH, HEIGHT = 0.6, 0.62, 0.90
 WORKTOP, PLINTH = 0.04, 0.1
@@ -103,7 +97,7 @@ def _sink(x: tuple[float, float], rng: np.random.Generator) -> list[Mesh]:
         for a in angles
     ]
     tap = [(middle, back + 0.0, HEIGHT), (middle, back - 0.01, top + 0.15), *bow]
-    return [*meshes, shapes.tube(tap, 0.013, chrome(rng), n_around=8)]
+    return [*meshes, round_shapes.tube(tap, 0.013, chrome(rng), n_around=8)]
 
 
 def _stove(x: tuple[float, float], z: tuple[float, float], rng: np.random.Generator) -> list[Mesh]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from curiosight.worlds.rooms import shapes, textures
+from curiosight.worlds.rooms import round_shapes, shapes, textures
 from curiosight.worlds.rooms.blocks import block
 from curiosight.worlds.rooms.furniture.fronts import draw_board
 from curiosight.worlds.rooms.furniture.kind import Furniture
+from curiosight.worlds.rooms.materials import cloth, leather, near
 from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.things.materials import cloth, leather, near
 
 # Cushions are drawn coarser than tables: no small things cast shadows on them.
 SPACING = 0.15
@@ -113,5 +113,5 @@ def _bed_pillows(width: float, y: float, linen: Material) -> list[Mesh]:
 
 def _feet(width: float, depth: float, height: float, wood: Material) -> list[Mesh]:
     x, y = width / 2 - 0.06, depth / 2 - 0.06
-    foot = shapes.cylinder(0.018, height, wood, top_radius=0.028, n_around=10)
+    foot = round_shapes.cylinder(0.018, height, wood, top_radius=0.028, n_around=10)
     return [foot.moved(standing(a, b)) for a in (-x, x) for b in (-y, y)]

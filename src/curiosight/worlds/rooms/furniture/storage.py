@@ -6,20 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from curiosight.worlds.rooms import prints, shapes
+from curiosight.worlds.rooms import prints, round_shapes, shapes
 from curiosight.worlds.rooms.blocks import block, upright_grain
-from curiosight.worlds.rooms.furniture.fronts import (
-    THICKNESS,
-    TOP_SPACING,
-    Look,
-    draw_look,
-    fronts,
-)
+from curiosight.worlds.rooms.furniture.fronts import THICKNESS, TOP_SPACING, Look, draw_look, fronts
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
+from curiosight.worlds.rooms.materials import cloth, plastic, printed
 from curiosight.worlds.rooms.mesh import Mesh, join, standing
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.surfaces import Points
-from curiosight.worlds.rooms.things.materials import cloth, plastic, printed
 
 BOARD = 0.022
 
@@ -108,7 +102,7 @@ def _feet(
     if rng.random() < 0.5:
         return [block((-x, x), (-y, y + 0.05), (0, height), look.body)]
     return [
-        shapes.cylinder(0.014, height, look.metal, top_radius=0.022, n_around=10).moved(
+        round_shapes.cylinder(0.014, height, look.metal, top_radius=0.022, n_around=10).moved(
             standing(a, b)
         )
         for a in (-x, x)

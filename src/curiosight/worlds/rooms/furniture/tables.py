@@ -6,18 +6,13 @@ from itertools import product
 
 import numpy as np
 
-from curiosight.worlds.rooms import shapes
+from curiosight.worlds.rooms import round_shapes, shapes
 from curiosight.worlds.rooms.blocks import block, upright_grain
-from curiosight.worlds.rooms.furniture.fronts import (
-    TOP_SPACING,
-    draw_board,
-    draw_look,
-    fronts,
-)
+from curiosight.worlds.rooms.furniture.fronts import TOP_SPACING, draw_board, draw_look, fronts
 from curiosight.worlds.rooms.furniture.kind import Furniture, Top, centred
+from curiosight.worlds.rooms.materials import plastic, steel
 from curiosight.worlds.rooms.mesh import Material, Mesh, join
 from curiosight.worlds.rooms.surfaces import Points, warped
-from curiosight.worlds.rooms.things.materials import plastic, steel
 
 # What may not stand on: a top's rim; and how thick side panels are.
 RIM, THICK = 0.03, 0.025
@@ -91,8 +86,8 @@ def _round_table(name: str, radius: float, height: float, rng: np.random.Generat
     stem = [(0.0, 0.0), (0.55 * radius, 0.0), (0.55 * radius, 0.02), (0.06, 0.06), (0.04, 0.2)]
     meshes = [
         shapes.disc(radius, wood, n_around=40, lift=height),
-        shapes.lathe(edge, wood, n_around=40, fit=False),
-        shapes.lathe([*stem, (0.05, under)], foot, fit=False),
+        round_shapes.lathe(edge, wood, n_around=40, fit=False),
+        round_shapes.lathe([*stem, (0.05, under)], foot, fit=False),
     ]
     side = 2 * radius
     area = centred(side, side, radius * (1 - np.sqrt(0.5)) + RIM)

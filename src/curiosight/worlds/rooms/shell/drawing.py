@@ -9,6 +9,7 @@ import numpy as np
 
 from curiosight.worlds.rooms import prints, shapes
 from curiosight.worlds.rooms.blocks import upright_grain
+from curiosight.worlds.rooms.materials import near, plastic, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh, standing
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.plan import FloorPlan, Rectangle
@@ -18,7 +19,6 @@ from curiosight.worlds.rooms.shell.decoration import hang
 from curiosight.worlds.rooms.shell.finish import WHITE, Finish, draw_finish
 from curiosight.worlds.rooms.shell.lamps import draw_lamp
 from curiosight.worlds.rooms.shell.walls import Opening
-from curiosight.worlds.rooms.things.materials import near, plastic, timber
 
 # Radiance times area that the lights have together, for each square metre of floor: with it
 # a white wall is about 1 at its brightest.

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from curiosight.worlds.rooms import textures
+from curiosight.worlds.rooms.materials import near, plastic
 from curiosight.worlds.rooms.mesh import Material
 from curiosight.worlds.rooms.palette import MUTED, Colour, draw_colour
-from curiosight.worlds.rooms.things.materials import near, plastic
 
 FLOOR_WOODS = ((172, 132, 88), (146, 104, 64), (112, 80, 54), (190, 160, 120), (128, 118, 106))
 WHITE = (240, 238, 232)

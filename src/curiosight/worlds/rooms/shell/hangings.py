@@ -8,12 +8,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from curiosight.worlds.rooms import pictures, prints, shapes, textures
+from curiosight.worlds.rooms import pictures, prints, round_shapes, shapes, textures
 from curiosight.worlds.rooms.blocks import Range, block, frame
+from curiosight.worlds.rooms.materials import colour, near, plastic, printed, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
 from curiosight.worlds.rooms.palette import Colour, draw_colour
 from curiosight.worlds.rooms.surfaces import turned
-from curiosight.worlds.rooms.things.materials import colour, near, plastic, printed, timber
 
 SHEET = 0.004
 
@@ -60,7 +60,7 @@ def clock_mesh(rng: np.random.Generator) -> Mesh:
     """Return a round wall clock."""
     radius = float(rng.uniform(0.12, 0.18))
     rim = plastic(draw_colour(rng, vivid=0.6))
-    body = shapes.cylinder(radius, 0.025, rim)
+    body = round_shapes.cylinder(radius, 0.025, rim)
     face = shapes.disc(0.9 * radius, printed(_clock_face(rng)), lift=0.026, fit=True)
     return join([body, face]).moved(turned((1, 0, 0), np.pi / 2))
 

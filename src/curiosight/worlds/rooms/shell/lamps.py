@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.frame import Pose
-from curiosight.worlds.rooms import shapes
+from curiosight.worlds.rooms import round_shapes, shapes
 from curiosight.worlds.rooms.blocks import block
+from curiosight.worlds.rooms.materials import colour, plastic, shining
 from curiosight.worlds.rooms.mesh import Material, Mesh, join, standing
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.scene import Light
 from curiosight.worlds.rooms.surfaces import turned
-from curiosight.worlds.rooms.things.materials import colour, plastic, shining
 
 WARM = (1.0, 0.90, 0.76)
 NEUTRAL = (1.0, 0.97, 0.92)
@@ -37,6 +37,11 @@ def _glow() -> Material:
     return shining(colour(255, 244, 224), 1.6)
 
 
+def _cord(bottom: float, top: float) -> Mesh:
+    black = plastic(colour(60, 60, 62))
+    return round_shapes.cylinder(0.004, top - bottom, black, n_around=6, lift=bottom)
+
+
 def _pendant(ceiling: float, rng: np.random.Generator) -> tuple[Mesh, float, float]:
     """Return a shade on a cord: its mesh, the side of its light, and its height."""
     radius, height = float(rng.uniform(0.19, 0.28)), float(rng.uniform(0.16, 0.26))
@@ -44,9 +49,9 @@ def _pendant(ceiling: float, rng: np.random.Generator) -> tuple[Mesh, float, flo
     top = bottom + height
     waist = radius * float(rng.uniform(0.25, 0.9))
     paint = plastic(draw_colour(rng, vivid=0.5))
-    shade = shapes.lathe([(radius, bottom), (waist, top), (0.0, top)], paint)
+    shade = round_shapes.lathe([(radius, bottom), (waist, top), (0.0, top)], paint)
     bulb = shapes.disc(0.92 * radius, _glow()).moved(_facing_down(bottom + 0.02))
-    cord = shapes.cylinder(0.004, ceiling - top, plastic(colour(60, 60, 62)), n_around=6, lift=top)
+    cord = _cord(top, ceiling)
     return join([shade, bulb, cord]), 1.7 * radius, bottom
 
 
@@ -54,9 +59,9 @@ def _globe(ceiling: float, rng: np.random.Generator) -> tuple[Mesh, float, float
     """Return a paper ball on a cord."""
     radius = float(rng.uniform(0.18, 0.26))
     bottom = ceiling - 2 * radius - float(rng.uniform(0.12, 0.22))
-    ball = shapes.ellipsoid((radius, radius, radius), _glow(), lift=bottom)
+    ball = round_shapes.ellipsoid((radius, radius, radius), _glow(), lift=bottom)
     top = bottom + 2 * radius
-    cord = shapes.cylinder(0.004, ceiling - top, plastic(colour(60, 60, 62)), n_around=6, lift=top)
+    cord = _cord(top, ceiling)
     return join([ball, cord]), 1.7 * radius, bottom
 
 

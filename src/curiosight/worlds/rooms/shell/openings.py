@@ -7,15 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from curiosight.worlds.rooms import pictures, shapes, surfaces
+from curiosight.worlds.rooms import pictures, round_shapes, shapes, surfaces
 from curiosight.worlds.rooms.blocks import block, frame
+from curiosight.worlds.rooms.materials import chrome, cloth, near, plastic, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh, join
 from curiosight.worlds.rooms.palette import draw_colour
 from curiosight.worlds.rooms.plan import FloorPlan, Wall
 from curiosight.worlds.rooms.scene import Light
 from curiosight.worlds.rooms.shell.finish import Finish
 from curiosight.worlds.rooms.shell.walls import Opening
-from curiosight.worlds.rooms.things.materials import chrome, cloth, near, plastic, timber
 
 RECESS = 0.16
 DAYLIGHT = (0.90, 0.97, 1.06)
@@ -72,7 +72,7 @@ def door_mesh(opening: Opening, finish: Finish, leaf: Material, rng: np.random.G
         block((x[1], x[1] + 0.07), (-0.02, 0.06), (0, top + 0.07), finish.trim),
         block(x, (-0.02, 0.06), (top, top + 0.07), finish.trim),
         block((at - 0.02, at + 0.02), (0.01, 0.02), (0.92, 1.1), metal),
-        shapes.tube(lever, 0.01, metal),
+        round_shapes.tube(lever, 0.01, metal),
     ]
     return join(meshes).moved(opening.wall.T_room_wall)
 
@@ -166,7 +166,7 @@ def curtain_mesh(opening: Opening, curtains: Curtains) -> Mesh:
     left = (opening.left - outwards, opening.left + inwards)
     right = (opening.right - inwards, opening.right + outwards)
     ends = (left[0] - 0.1, right[1] + 0.1)
-    rod = shapes.tube([(end, -0.08, z[1] + 0.01) for end in ends], 0.011, curtains.rod)
+    rod = round_shapes.tube([(end, -0.08, z[1] + 0.01) for end in ends], 0.011, curtains.rod)
     sides = [_hanging(side, z, curtains.stuff) for side in (left, right)]
     return join([rod, *sides]).moved(opening.wall.T_room_wall)
 

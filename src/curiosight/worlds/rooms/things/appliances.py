@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from curiosight.worlds.rooms.materials import black_plastic, chrome, plastic
 from curiosight.worlds.rooms.mesh import Material, Mesh
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    box,
-    cylinder,
-    lathe,
-    ring,
-    rounded_box,
-    tube,
-)
+from curiosight.worlds.rooms.round_shapes import cylinder, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, rounded_box
 from curiosight.worlds.rooms.surfaces import Points, sheet, stretched, turned, warped
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    black_plastic,
-    chrome,
-    plastic,
-)
 
 
 def draw_kettle(rng: np.random.Generator) -> Mesh:

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curiosight.worlds.rooms.mesh import Mesh
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import box, cylinder, panel, rounded_box, tube
-from curiosight.worlds.rooms.surfaces import Points, arc, scaled, stretched, turned, warped
-from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     black_plastic,
     chrome,
     cloth,
@@ -19,6 +14,12 @@ from curiosight.worlds.rooms.things.materials import (
     plastic,
     shade,
 )
+from curiosight.worlds.rooms.mesh import Mesh
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, tube
+from curiosight.worlds.rooms.shapes import box, panel, rounded_box
+from curiosight.worlds.rooms.surfaces import Points, arc, scaled, stretched, turned, warped
+from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 
 
 def draw_suitcase(rng: np.random.Generator) -> Mesh:

@@ -5,22 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.worlds.rooms import prints
-from curiosight.worlds.rooms.mesh import Material, Mesh
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    box,
-    cylinder,
-    disc,
-    ellipsoid,
-    lathe,
-    panel,
-    ring,
-    rounded_box,
-    tube,
-)
-from curiosight.worlds.rooms.surfaces import Points, arc, turned
-from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     black_plastic,
     chrome,
     colour,
@@ -30,6 +15,12 @@ from curiosight.worlds.rooms.things.materials import (
     steel,
     timber,
 )
+from curiosight.worlds.rooms.mesh import Material, Mesh
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, disc, panel, rounded_box
+from curiosight.worlds.rooms.surfaces import Points, arc, turned
+from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
 
 TO_FRONT = turned((1, 0, 0), np.pi / 2)
 

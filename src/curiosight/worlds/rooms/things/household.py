@@ -6,20 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from curiosight.worlds.rooms.mesh import Mesh, join
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    box,
-    cylinder,
-    disc,
-    extrude,
-    lathe,
-    ring,
-    tube,
-)
-from curiosight.worlds.rooms.surfaces import arc, scaled, sheet, turned
-from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     black_plastic,
     chrome,
     cloth,
@@ -33,6 +20,12 @@ from curiosight.worlds.rooms.things.materials import (
     steel,
     timber,
 )
+from curiosight.worlds.rooms.mesh import Mesh, join
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, disc, extrude
+from curiosight.worlds.rooms.surfaces import arc, scaled, sheet, turned
+from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 from curiosight.worlds.rooms.things.packaging import wrapped_label
 from curiosight.worlds.rooms.things.storage import tub
 

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from curiosight.worlds.rooms.materials import black_plastic, ceramic, near, plastic, steel, timber
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import cylinder, ellipsoid, lathe, tube
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, tube
 from curiosight.worlds.rooms.surfaces import Points, arc, stretched, warped
 from curiosight.worlds.rooms.things.kind import TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    black_plastic,
-    ceramic,
-    near,
-    plastic,
-    steel,
-    timber,
-)
 
 
 def _cup_profile(base: float, brim: float, height: float, wall: float) -> list[tuple[float, float]]:

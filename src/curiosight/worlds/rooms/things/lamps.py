@@ -6,24 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from curiosight.worlds.rooms.materials import chrome, cloth, colour, plastic, shining, timber
 from curiosight.worlds.rooms.mesh import Mesh
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    cylinder,
-    ellipsoid,
-    lathe,
-    tube,
-)
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, tube
 from curiosight.worlds.rooms.surfaces import turned
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    chrome,
-    cloth,
-    colour,
-    plastic,
-    shining,
-    timber,
-)
 
 
 def draw_desk_lamp(rng: np.random.Generator) -> Mesh:

@@ -5,29 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.worlds.rooms import prints, textures
+from curiosight.worlds.rooms.materials import ceramic, colour, near, plastic, printed, steel, timber
 from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
 from curiosight.worlds.rooms.noise import mixed, noise, shaded
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    box,
-    box_faces,
-    ellipsoid,
-    lathe,
-    panel,
-    ring,
-    tube,
-)
+from curiosight.worlds.rooms.round_shapes import ellipsoid, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, box_faces, panel
 from curiosight.worlds.rooms.surfaces import arc, turned
 from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    ceramic,
-    colour,
-    near,
-    plastic,
-    printed,
-    steel,
-    timber,
-)
 
 UP = np.array([0.0, 0.0, 1.0])
 # From lying to standing, its cover to the right.

@@ -5,19 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.worlds.rooms import prints, textures
+from curiosight.worlds.rooms.materials import chrome, glass, near, plastic, printed, steel
 from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
 from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import box, box_faces, cylinder, extrude, lathe, panel
+from curiosight.worlds.rooms.round_shapes import cylinder, lathe
+from curiosight.worlds.rooms.shapes import box, box_faces, extrude, panel
 from curiosight.worlds.rooms.surfaces import scaled, sheet, turned
 from curiosight.worlds.rooms.things.kind import ANYWHERE, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    chrome,
-    glass,
-    near,
-    plastic,
-    printed,
-    steel,
-)
 
 BOTTLE_GLASS = ((40, 66, 38), (70, 44, 22), (120, 150, 136), (150, 170, 172), (44, 76, 110))
 

@@ -6,19 +6,12 @@ import numpy as np
 
 from curiosight.frame import Pose
 from curiosight.worlds.rooms import textures
+from curiosight.worlds.rooms.materials import ceramic, glass, near, plastic, shade, terracotta
 from curiosight.worlds.rooms.mesh import Material, Mesh, join
 from curiosight.worlds.rooms.palette import Colour, draw_colour
-from curiosight.worlds.rooms.shapes import ellipsoid, lathe, tube
+from curiosight.worlds.rooms.round_shapes import ellipsoid, lathe, tube
 from curiosight.worlds.rooms.surfaces import Points, sheet, stretched, turned, unit, warped
 from curiosight.worlds.rooms.things.kind import FLOOR, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
-    ceramic,
-    glass,
-    near,
-    plastic,
-    shade,
-    terracotta,
-)
 
 PETALS = (
     (196, 44, 52),

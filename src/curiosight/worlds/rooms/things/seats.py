@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curiosight.worlds.rooms.mesh import Material, Mesh
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import box, cylinder, lathe, rounded_box, tube
-from curiosight.worlds.rooms.surfaces import Points, scaled, sheet, turned, warped
-from curiosight.worlds.rooms.things.kind import FLOOR, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     black_plastic,
     chrome,
     cloth,
@@ -19,6 +14,12 @@ from curiosight.worlds.rooms.things.materials import (
     rubber,
     timber,
 )
+from curiosight.worlds.rooms.mesh import Material, Mesh
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, lathe, tube
+from curiosight.worlds.rooms.shapes import box, rounded_box
+from curiosight.worlds.rooms.surfaces import Points, scaled, sheet, turned, warped
+from curiosight.worlds.rooms.things.kind import FLOOR, Kind, assembled, at
 
 
 def _frame_material(rng: np.random.Generator) -> Material:

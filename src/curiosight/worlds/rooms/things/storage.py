@@ -7,20 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from curiosight.worlds.rooms import textures
-from curiosight.worlds.rooms.mesh import Material, Mesh, join
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import (
-    box,
-    cylinder,
-    ellipsoid,
-    lathe,
-    ring,
-    rounded_box,
-    tube,
-)
-from curiosight.worlds.rooms.surfaces import Points, arc, scaled, turned, warped
-from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     black_plastic,
     chrome,
     cloth,
@@ -32,6 +19,12 @@ from curiosight.worlds.rooms.things.materials import (
     steel,
     timber,
 )
+from curiosight.worlds.rooms.mesh import Material, Mesh, join
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, ring, tube
+from curiosight.worlds.rooms.shapes import box, rounded_box
+from curiosight.worlds.rooms.surfaces import Points, arc, scaled, turned, warped
+from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, Kind, assembled, at
 
 THIN = 0.004
 

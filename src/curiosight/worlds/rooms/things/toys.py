@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.worlds.rooms import textures
-from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
-from curiosight.worlds.rooms.palette import draw_colour
-from curiosight.worlds.rooms.shapes import box, cylinder, ellipsoid, rounded_box, tube
-from curiosight.worlds.rooms.surfaces import Points, scaled, stretched, turned, unit, warped
-from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, TABLE, Kind, assembled, at
-from curiosight.worlds.rooms.things.materials import (
+from curiosight.worlds.rooms.materials import (
     chrome,
     colour,
     near,
@@ -20,6 +15,12 @@ from curiosight.worlds.rooms.things.materials import (
     shining,
     timber,
 )
+from curiosight.worlds.rooms.mesh import Material, Mesh, Texture, join
+from curiosight.worlds.rooms.palette import draw_colour
+from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, tube
+from curiosight.worlds.rooms.shapes import box, rounded_box
+from curiosight.worlds.rooms.surfaces import Points, scaled, stretched, turned, unit, warped
+from curiosight.worlds.rooms.things.kind import ANYWHERE, FLOOR, TABLE, Kind, assembled, at
 
 Triple = tuple[float, float, float]
 
