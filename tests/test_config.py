@@ -57,6 +57,8 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "learner.contrast": True,
         "learner.blind_share": 0.04,
         "learner.follow_edges": True,
+        "segmentation.follow_sensor": True,
+        "teacher.temporal": True,
         "forest.max_depth": 24,
         "forest.min_split": 200,
         "forest.n_split_features": 12,

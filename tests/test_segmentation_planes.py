@@ -268,4 +268,6 @@ def test_near_a_wall_is_what_is_free_and_before_it() -> None:
     assert 0 < np.count_nonzero(is_near & is_before) < np.count_nonzero(is_near)
     found = wall.near(points, free, band)
     np.testing.assert_array_equal(found, np.flatnonzero(is_near & is_before))
-    np.testing.assert_array_equal(wall.is_before(points.xyz.reshape(-1, 3)), is_before.ravel())
+    is_behind = wall.distance(points.xyz) <= 0
+    counts = wall.count_sides(points.xyz.reshape(-1, 3))
+    assert counts == (np.count_nonzero(is_before), np.count_nonzero(is_behind))

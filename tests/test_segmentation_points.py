@@ -15,7 +15,7 @@ from curiosight.segmentation.local_planes import (
     _sum_up,
     fit_local_planes,
 )
-from curiosight.segmentation.points import cell_of_pixel, ends, look_up, observe_points
+from curiosight.segmentation.points import ends, look_up, median, observe_points, spread
 from room import kinect
 from scenes import kinect_noise, see
 
@@ -174,6 +174,15 @@ def test_holes_and_depth_steps_have_no_normal() -> None:
     assert np.isnan(points.xyz[10:15, 10:15]).all()
 
 
+def spread_cells(
+    depth: npt.NDArray[np.float32], stride: int, max_depth: float = np.inf
+) -> npt.NDArray[np.int32]:
+    """Number of the grid's cell that each pixel takes, -1 = none."""
+    coarse = np.ascontiguousarray(depth[::stride, ::stride])
+    cells = np.arange(coarse.size, dtype=np.int32)
+    return spread(cells, coarse, depth, stride, max_depth=max_depth, beyond=-1)
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 12), st.integers(1, 12), st.integers(1, 4))
 def test_pixels_take_the_cell_around_them_that_is_closest_in_depth(
@@ -182,10 +191,12 @@ def test_pixels_take_the_cell_around_them_that_is_closest_in_depth(
     rng = np.random.default_rng(seed)
     depth = rng.uniform(1, 2, (height, width)).astype(np.float32)
     depth[rng.random(depth.shape) < 0.2] = np.nan
-    coarse = np.ascontiguousarray(depth[::stride, ::stride])
-    cells = cell_of_pixel(coarse, depth, stride)
+    coarse = depth[::stride, ::stride]
     n_rows, n_columns = coarse.shape
-    for (v, u), cell in np.ndenumerate(cells):
+    for (v, u), cell in np.ndenumerate(spread_cells(depth, stride)):
+        if np.isnan(depth[v, u]):
+            assert cell == -1
+            continue
         rows = {v // stride, min(-(-v // stride), n_rows - 1)}
         columns = {u // stride, min(-(-u // stride), n_columns - 1)}
         gaps = {
@@ -199,21 +210,26 @@ def test_pixels_take_the_cell_around_them_that_is_closest_in_depth(
             assert gaps[cell] == pytest.approx(min(known), abs=1e-6)
 
 
-def test_pixels_without_a_reading_take_the_cell_to_the_upper_left() -> None:
-    depth = np.full((4, 4), np.nan, np.float32)
-    cells = cell_of_pixel(np.ascontiguousarray(depth[::2, ::2]), depth, 2)
+def test_pixels_take_the_cell_to_the_upper_left_where_all_are_alike() -> None:
+    cells = spread_cells(np.full((4, 4), 1.5, np.float32), 2)
     assert cells.tolist() == [[0, 0, 1, 1], [0, 0, 1, 1], [2, 2, 3, 3], [2, 2, 3, 3]]
+
+
+def test_pixels_beyond_the_range_take_none() -> None:
+    depth = np.linspace(1, 3, 48, dtype=np.float32).reshape(6, 8)
+    np.testing.assert_array_equal(spread_cells(depth, 2, max_depth=2.0) == -1, depth > 2)
 
 
 def test_look_up_finds_the_cell_below_each_point() -> None:
     rng = np.random.default_rng(5)
     cells = rng.random((7, 9)).astype(np.float32)
-    xyz = rng.uniform(-1, 1, (20, 30, 3)).astype(np.float32)
-    xyz[3, 4] = np.nan
-    axes = np.linalg.qr(rng.normal(size=(3, 2)))[0]
-    corner, side = np.array([-0.5, -0.4]), 0.1
-    found = look_up(cells, xyz, axes, corner, side)
-    place = np.nan_to_num((xyz @ axes - corner) / side, nan=-1)
+    depth = rng.uniform(0.5, 1.5, (120, 160)).astype(np.float32)
+    depth[30, 40] = np.nan
+    points = observe_points(depth, CAMERA)
+    axes = np.linalg.qr([[1.0, 0.1], [0.2, 0.9], [-0.3, 0.4]])[0]
+    corner, side = points.xyz[31, 41] @ axes - 0.35, 0.1
+    found = look_up(cells, points, axes, corner, side)
+    place = np.nan_to_num((points.xyz.astype(float) @ axes - corner) / side, nan=-1)
     column, row = np.moveaxis(np.floor(place).astype(int), -1, 0)
     is_on_map = (column >= 0) & (column < 9) & (row >= 0) & (row < 7)
     assert 0.1 < is_on_map.mean() < 0.9
@@ -233,3 +249,9 @@ def test_points_at_flat_indices_are_those_of_the_grid() -> None:
     v, u = np.unravel_index(where, points.depth.shape)
     np.testing.assert_array_equal(points.xyz_at(where), points.xyz[v, u])
     np.testing.assert_array_equal(points.normals_at(where), points.normals[v, u])
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 100])
+def test_median_is_numpys(n: int) -> None:
+    values = np.random.default_rng(7).random(n).astype(np.float32)
+    assert median(values) == pytest.approx(float(np.median(values)))

@@ -23,10 +23,14 @@ PRESETS: tuple[Preset, ...] = get_args(Preset)
 
 @dataclass(frozen=True, slots=True)
 class TeacherConfig:
-    """What the teacher takes a recording for, after a look at some of its frames."""
+    """What the teacher takes a recording for, after a look at some of its frames.
+
+    temporal: with poses, what earlier views agree on corrects what teaches the learner.
+    """
 
     scene: Literal["auto", "floor", "table"] = "auto"
     n_survey_frames: int = 24
+    temporal: bool = False
 
     def __post_init__(self) -> None:
         _check_least("n_survey_frames", self.n_survey_frames, 1)
@@ -138,8 +142,9 @@ class Config:
         """Return the settings of a preset.
 
         `paper` is the paper's method to the letter. `default` describes superpixels instead of
-        pixels, in Lab and with their contrast, and grows deeper, more varied trees that answer
-        in shares: measured to be faster and better (`benchmarks/`).
+        pixels, in Lab and with their contrast, grows deeper, more varied trees that answer in
+        shares, and learns from what several views agree on: measured to be faster and better
+        (`benchmarks/`).
         """
         if preset == "paper":
             return cls()
@@ -147,6 +152,8 @@ class Config:
             raise ValueError(f"preset: expected {' or '.join(PRESETS)}, got {preset!r}")
         return cls(
             preset="default",
+            teacher=TeacherConfig(temporal=True),
+            segmentation=SegmentationSettings(follow_sensor=True),
             learner=LearnerConfig(
                 rows_per="superpixel",
                 colour_space="lab",

@@ -14,7 +14,8 @@ Source = Annotated[
     Path,
     typer.Argument(
         metavar="SOURCE",
-        help="A recording's folder: 7-Scenes, TUM RGB-D, OSD/OCID, or rgb/ depth/ camera.json.",
+        help="A recording's folder (7-Scenes, TUM RGB-D, OSD/OCID, or rgb/ depth/ camera.json), "
+        "or room:SEED.",
     ),
 ]
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="The folder that explore or learn wrote.")]
@@ -49,6 +50,14 @@ Scene = Annotated[
         help="What objects stand on: floor, table, or auto = find out from the recording.",
         rich_help_panel=SETTINGS,
         show_default="auto",
+    ),
+]
+Temporal = Annotated[
+    bool,
+    typer.Option(
+        "--temporal",
+        help="With poses: let what several views agree on correct each of them.",
+        rich_help_panel=SETTINGS,
     ),
 ]
 Threads = Annotated[

@@ -21,6 +21,7 @@ def segment(
     source: options.Source,
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
     scene: options.Scene = None,
+    temporal: options.Temporal = False,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
     out: options.Out = None,
@@ -39,7 +40,7 @@ def segment(
     folder = OutputFolder(out, "segment", source, overwrite=overwrite)
     dataset = open_source(source)
     with announce_compilation(talk.console):
-        segmenting = Segmenting(settings, dataset, folder, every=every)
+        segmenting = Segmenting(settings, dataset, folder, every=every, temporal=temporal)
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c, talk.following("segment", len(segmenting)) as shown:

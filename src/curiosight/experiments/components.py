@@ -16,7 +16,7 @@ from curiosight.features import count_features
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner import SaliencyLearner, Teaches
-from curiosight.segmentation import Survey, Teacher, survey_recording
+from curiosight.segmentation import Survey, Teacher, TemporalTeacher, survey_recording
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
 from curiosight.worlds.rooms.views import RoomViews
@@ -36,6 +36,18 @@ def make_teacher(config: Config, dataset: Dataset) -> Teacher:
     settings = config.segmentation
     survey = survey_recording(_good_frames(config, dataset), settings, scene=config.teacher.scene)
     return Teacher(survey, settings)
+
+
+def with_memory(config: Config, teacher: Teacher) -> Teacher | TemporalTeacher:
+    """Return what teaches the learner: a teacher that remembers, where the settings say so."""
+    return TemporalTeacher(teacher) if config.teacher.temporal else teacher
+
+
+def make_temporal_teacher(config: Config, dataset: Dataset) -> TemporalTeacher:
+    """Return a teacher that remembers the frames of its survey; raises as `make_teacher`."""
+    teacher = TemporalTeacher(make_teacher(config, dataset))
+    teacher.remember(_good_frames(config, dataset))
+    return teacher
 
 
 def _good_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:

@@ -11,7 +11,7 @@ from scipy.ndimage import find_objects
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import make_teacher
+from curiosight.experiments.components import make_teacher, make_temporal_teacher
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
@@ -19,16 +19,26 @@ from curiosight.segmentation import Cluster, Segmentation
 
 
 class Segmenting:
-    """Segment every `every`-th frame of a recording, frame by frame."""
+    """Segment every `every`-th frame of a recording, frame by frame.
+
+    temporal: with poses, let earlier views correct each frame, see `TemporalTeacher`.
+    """
 
     def __init__(
-        self, config: Config, dataset: Dataset, out: OutputFolder, *, every: int = 1
+        self,
+        config: Config,
+        dataset: Dataset,
+        out: OutputFolder,
+        *,
+        every: int = 1,
+        temporal: bool = False,
     ) -> None:
         if every < 1:
             raise ValueError(f"every: expected 1 or more, got {every}")
         self.indices = range(0, len(dataset), every)
         self.problems = Problems()
-        self._teacher = make_teacher(config, dataset)
+        make = make_temporal_teacher if temporal else make_teacher
+        self._teacher = make(config, dataset)
         self._memory_mb = config.run.memory_mb
         self._dataset = dataset
         self._out = out

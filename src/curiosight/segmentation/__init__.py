@@ -3,6 +3,7 @@
 from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings, SupportSettings
 from curiosight.segmentation.survey import SCENES, Survey, survey_recording
 from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.temporal import TemporalTeacher
 from curiosight.segmentation.verdicts import Cluster, Verdict
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "SupportSettings",
     "Survey",
     "Teacher",
+    "TemporalTeacher",
     "Verdict",
     "survey_recording",
 ]

@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from curiosight.segmentation.planes import Mask
 from curiosight.segmentation.supports import Support
@@ -33,18 +34,28 @@ def beside_table(body: Array, table: Support) -> Mask:
     reaches the table's core.
     """
     assert table.extent is not None
-    touched = np.bincount(body[table.extent])
-    size = np.maximum(np.bincount(body.ravel()), 1)
-
-    def share(where: Mask) -> Array:
-        inside: Array = np.bincount(body[where], minlength=len(size)) / size
-        return inside
-
-    is_beside = share(table.extent) < 0.5
+    core = table.extent if table.core is None else table.core
+    counts = np.zeros((int(body.max()) + 1, 5), np.int64)
+    _count_points(body, table.extent, core, table.heights, counts)
+    shares = counts[:, 1:] / np.maximum(counts[:, :1], 1)
+    in_extent, in_core, above, below = shares.T
+    is_beside = (in_extent > 0) & (in_extent < 0.5)
     if table.core is not None:
-        crosses = np.minimum(share(table.heights > 0.03), share(table.heights < -0.03)) > 0.05
-        is_beside |= crosses & (share(table.core) < 0.3)
-    is_beside[0] = False
-    is_beside[: len(touched)] &= touched > 0
-    beside: Mask = is_beside[body]
+        is_beside |= (in_extent > 0) & (np.minimum(above, below) > 0.05) & (in_core < 0.3)
+    beside: Mask = is_beside.take(body)
     return beside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_points(body: Array, extent: Array, core: Array, heights: Array, counts: Array) -> None:
+    """Add to the (n_bodies, 5) counts of points: all, in extent and core, above and below."""
+    for v in range(body.shape[0]):
+        for u in range(body.shape[1]):
+            number = body[v, u]
+            if number == 0:
+                continue
+            counts[number, 0] += 1
+            counts[number, 1] += extent[v, u]
+            counts[number, 2] += core[v, u]
+            counts[number, 3] += heights[v, u] > 0.03
+            counts[number, 4] += heights[v, u] < -0.03

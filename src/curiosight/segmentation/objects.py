@@ -12,7 +12,7 @@ import numpy.typing as npt
 from curiosight.segmentation.bodies import beside_table, connect_bodies
 from curiosight.segmentation.clusters import euclidean_clusters, join_stacked
 from curiosight.segmentation.planes import Mask, horizontal_axes, noise_band
-from curiosight.segmentation.points import ends
+from curiosight.segmentation.points import ends, median
 from curiosight.segmentation.supports import Support
 from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict, is_cut, judge
 
@@ -78,7 +78,7 @@ def _things(
     where: flat indices of all points. min_points: of a part; with fewer it is noise.
     """
     points, limits = around.points, support.settings
-    xyz = points.xyz.reshape(-1, 3)[where]
+    xyz = points.xyz_at(where)
     cluster = euclidean_clusters(xyz, leaf=limits.leaf, tolerance=limits.tolerance)
     order = np.argsort(cluster, kind="stable")
     last = np.cumsum(np.bincount(cluster))
@@ -89,7 +89,7 @@ def _things(
     boxes, hovers = np.empty((len(groups), 3, 2)), np.empty(len(groups), np.bool_)
     cut = np.empty(len(groups), np.bool_)
     for index, members in enumerate(groups):
-        xyz = points.xyz.reshape(-1, 3)[members]
+        xyz = points.xyz_at(members)
         places = (*(xyz @ axes).T, support.heights.ravel()[members])
         boxes[index] = [ends(place, 0.02) for place in places]
         noise = around.settings.noise * float(xyz[:, 2].mean()) ** 2
@@ -106,7 +106,7 @@ def _things(
 def _measure(members: Array, support: Support, around: Surroundings) -> Cluster:
     """Return the cluster of some points, given by their flat index; an object so far."""
     points = around.points
-    xyz = points.xyz.reshape(-1, 3)[members]
+    xyz = points.xyz_at(members)
     v, u = np.unravel_index(members, points.depth.shape)
     s = points.stride
     right, forward = horizontal_axes(support.plane.normal)
@@ -117,7 +117,7 @@ def _measure(members: Array, support: Support, around: Surroundings) -> Cluster:
         box=(int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s),
         n_pixels=len(members) * s * s,
         size=(width, length, high - max(0.0, low)),
-        distance=float(np.median(xyz[:, 2])),
+        distance=median(xyz[:, 2]),
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
     )
 
@@ -139,4 +139,4 @@ def _hidden_share(depth: Array, members: Array, *, step: float = 0.05) -> float:
     for below in (3, 6):
         there = depth[np.minimum(foot + below, height - 1), columns]
         hidden |= np.isnan(there) | (there < here - step)
-    return float(hidden.mean())
+    return np.count_nonzero(hidden) / len(hidden)

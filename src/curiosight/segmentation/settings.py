@@ -85,7 +85,7 @@ class SegmentationSettings:
     border_px: int = 10
     min_cluster_px: int = 200
     noise: float = 0.0035
-    follow_sensor: bool = True
+    follow_sensor: bool = False
     floor: SupportSettings = field(default=FLOOR)
     table: SupportSettings = field(default=TABLE)
 

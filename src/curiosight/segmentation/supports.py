@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.segmentation.planes import Mask, Plane, find_supports, horizontal_axes, noise_band
-from curiosight.segmentation.points import Points, ends, look_up
+from curiosight.segmentation.points import Points, ends, look_up, median
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
 from curiosight.segmentation.table_map import MARGIN, MIN_TABLE_AREA, MIN_TABLE_DIAGONAL
 
@@ -138,9 +138,10 @@ def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> li
 
 def share_below(points: Points, plane: Plane) -> float:
     """Return the share of the points with a reading that lie clearly below a plane."""
-    seen = np.isfinite(points.depth)
-    gap = 0.10 + 0.02 * points.depth[seen] ** 2
-    return float(np.mean(plane.distance(points.xyz[seen]) < -gap))
+    # A point without a reading compares false.
+    is_below = plane.distance(points.xyz) + 0.10 + 0.02 * points.depth**2 < 0
+    n_seen = np.count_nonzero(np.isfinite(points.depth))
+    return float(np.count_nonzero(is_below)) / n_seen
 
 
 def _area(points: Points, plane: Plane) -> float:
@@ -153,7 +154,7 @@ def _is_large(points: Points, plane: Plane, up: Array) -> bool:
     piece = _largest_piece(plane.inliers)
     if float(points.area[piece].sum()) < MIN_TABLE_AREA:
         return False
-    xyz = points.xyz[piece]
+    xyz = points.xyz_at(np.flatnonzero(piece))
     extent = [np.ptp(ends(xyz @ axis, 0.02)) for axis in horizontal_axes(up)]
     return float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
 
@@ -161,7 +162,7 @@ def _is_large(points: Points, plane: Plane, up: Array) -> bool:
 def _height(points: Points, inliers: Mask, up: Array) -> float:
     """Return a plane's height over the camera where it was seen: a tilt adds up elsewhere."""
     some = np.flatnonzero(inliers)[::8]
-    return float(np.median(points.xyz.reshape(-1, 3)[some] @ up.astype(np.float32)))
+    return median(points.xyz_at(some) @ up.astype(np.float32))
 
 
 def _within(points: Points, plane: Plane, extent: Mask, up: Array) -> Plane:
@@ -191,13 +192,13 @@ def _plane_at(
         is_there = extent is None or np.count_nonzero(plane.inliers & extent) >= 50
         if is_there and abs(_height(points, plane.inliers, vertical) + offset) < tolerance:
             return plane if extent is None else _within(points, plane, extent, up)
-    where = np.flatnonzero(np.isfinite(points.depth) if extent is None else extent)
-    xyz, normals = points.xyz.reshape(-1, 3)[where], points.normals.reshape(-1, 3)[where]
-    heights = xyz @ vertical
-    near = (normals @ vertical > 0.9) & (np.abs(heights + offset) < 0.06 + noise * xyz[:, 2] ** 2)
-    inliers = np.zeros(points.depth.shape, np.bool_)
-    inliers.ravel()[where[near]] = True
-    return Plane(up, -float(np.median(heights[near])) if near.sum() >= 30 else offset, inliers)
+    heights = points.xyz @ vertical
+    inliers = np.abs(heights + offset) < noise_band(points, 0.06, noise)
+    inliers &= points.normals @ vertical > 0.9
+    if extent is not None:
+        inliers &= extent
+    near = heights[inliers]
+    return Plane(up, -median(near) if len(near) >= 30 else offset, inliers)
 
 
 def above_footprint(
@@ -212,7 +213,8 @@ def above_footprint(
         return largest
     inner = cv2.erode(largest.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     axes = np.stack(horizontal_axes(plane.normal), axis=1)
-    places = np.ascontiguousarray(points.xyz[largest & ~inner] @ axes.astype(np.float32))
+    outline = points.xyz_at(np.flatnonzero(largest & ~inner))
+    places = np.ascontiguousarray(outline @ axes.astype(np.float32))
     hull = cv2.convexHull(places).reshape(-1, 2)
     low = hull.min(axis=0) - 2 * margin
     width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
@@ -222,14 +224,18 @@ def above_footprint(
     drawn = cv2.dilate(drawn, np.ones((reach, reach), np.uint8)).astype(np.float32)
     # The hull was drawn at the nearest corners of cells, so a cell is around its corner.
     corner = (low - cell / 2).astype(np.float64)
-    return np.asarray(look_up(drawn, points.xyz, axes, corner, cell) > 0)
+    return np.asarray(look_up(drawn, points, axes, corner, cell) > 0)
 
 
 def _largest_piece(inliers: Mask) -> Mask:
-    n_pieces, piece, statistics, _ = cv2.connectedComponentsWithStats(
-        cv2.dilate(inliers.astype(np.uint8), np.ones((5, 5), np.uint8))
-    )
-    if n_pieces < 2:
-        return np.zeros(inliers.shape, np.bool_)
-    largest: Mask = inliers & (piece == 1 + int(np.argmax(statistics[1:, cv2.CC_STAT_AREA])))
+    largest = np.zeros(inliers.shape, np.bool_)
+    if not inliers.any():
+        return largest
+    left, top, width, height = cv2.boundingRect(inliers.view(np.uint8))
+    inside = inliers[top : top + height, left : left + width]
+    grown = cv2.copyMakeBorder(inside.view(np.uint8), 2, 2, 2, 2, cv2.BORDER_CONSTANT)
+    _, piece = cv2.connectedComponents(cv2.dilate(grown, np.ones((5, 5), np.uint8)))
+    sizes = np.bincount(piece.ravel())
+    is_largest = piece[2:-2, 2:-2] == 1 + int(np.argmax(sizes[1:]))
+    largest[top : top + height, left : left + width] = inside & is_largest
     return largest

@@ -63,7 +63,7 @@ class Table:
         """
         axes = T_world_camera[:3, :3].T @ self.axes
         corner = self.low - T_world_camera[:3, 3] @ self.axes
-        found: Array = look_up(self.inset, points.xyz, axes, corner, CELL)
+        found: Array = look_up(self.inset, points, axes, corner, CELL)
         return found
 
 

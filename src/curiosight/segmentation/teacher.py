@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curiosight.frame import Camera, Frame, Label
 from curiosight.segmentation.objects import find_objects
 from curiosight.segmentation.planes import Mask, noise_band
-from curiosight.segmentation.points import Points, cell_of_pixel, observe_points
+from curiosight.segmentation.points import Points, observe_points, spread
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
     PLANE_BAND,
@@ -138,9 +138,9 @@ class Teacher:
                 camera_height=camera_height,
                 known_tables=known_tables,
             )
-        keep = points.area > 0
+        keep = np.flatnonzero(points.area > 0)
         first: list[Support] = []
-        for up in ups_from_normals(points.normals[keep], points.area[keep]):
+        for up in ups_from_normals(points.normals_at(keep), points.area.take(keep)):
             supports = choose_supports(points, up, self.settings, scene=scene)
             if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
                 return supports
@@ -192,12 +192,16 @@ def _at_full_size(
     labels: Array, number: Array, points: Points, depth: Array, max_range: float
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
     """Return labels and numbers of clusters per pixel of the image; far ones are unavailable."""
-    cells = cell_of_pixel(np.ascontiguousarray(points.depth), depth, points.stride)
-    full_labels, full_number = labels.take(cells), number.astype(np.uint16).take(cells)
-    is_out = ~(depth <= max_range)
-    full_labels[is_out] = Label.UNAVAILABLE
-    full_number[is_out] = 0
-    return full_labels, full_number
+    both = (number.astype(np.int32) << 8) | labels
+    full = spread(
+        both.ravel(),
+        points.depth,
+        depth,
+        points.stride,
+        max_depth=max_range,
+        beyond=Label.UNAVAILABLE,
+    )
+    return full.astype(np.uint8), (full >> 8).astype(np.uint16)
 
 
 def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
@@ -209,7 +213,7 @@ def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
             # Another thing may be as high as a table elsewhere, such as a seat.
             on &= support.extent
         where = np.flatnonzero(on & ~found)
-        facing = points.normals.reshape(-1, 3)[where] @ support.plane.normal.astype(np.float32)
+        facing = points.normals_at(where) @ support.plane.normal.astype(np.float32)
         # An unknown normal compares false: near an edge the height alone decides.
         found.ravel()[where[~(np.abs(facing) < 0.7)]] = True
     return found
@@ -222,7 +226,7 @@ def _on_walls(points: Points, walls: list[Wall], free: Mask, noise: float) -> Ma
     for wall in walls:
         if wall.inliers.any():
             near = wall.near(points, free, band)
-            facing = points.normals.reshape(-1, 3)[near] @ wall.normal.astype(np.float32)
+            facing = points.normals_at(near) @ wall.normal.astype(np.float32)
             found.ravel()[near[~(np.abs(facing) < 0.7)]] = True
     return found
 

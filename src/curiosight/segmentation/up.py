@@ -40,18 +40,19 @@ def ups_from_normals(
     weights = np.where(np.isfinite(normals[:, 0]), area, 0).astype(np.float64)
     total = weights.sum()
     inside = (normals @ prior.astype(normals.dtype) > np.cos(max_angle)) & (weights > 0)
-    normals, weights = normals[inside].astype(np.float64), weights[inside]
+    chosen = np.flatnonzero(inside)
+    normals, weights = normals.take(chosen, axis=0).astype(np.float64), weights.take(chosen)
     for _ in range(max_candidates):
         if total == 0 or weights.sum() < 0.02 * total:
             return
         up = _densest(normals, weights, prior)
         for width in np.radians((12, 8, 5)):
-            near = normals @ up > np.cos(width)
-            mean = weights[near] @ normals[near]
+            near = np.flatnonzero(normals @ up > np.cos(width))
+            mean = weights.take(near) @ normals.take(near, axis=0)
             up = mean / np.linalg.norm(mean)
         yield up
-        others = normals @ up < np.cos(np.radians(15))
-        normals, weights = normals[others], weights[others]
+        others = np.flatnonzero(normals @ up < np.cos(np.radians(15)))
+        normals, weights = normals.take(others, axis=0), weights.take(others)
 
 
 def _densest(normals: Array, weights: Array, prior: Array, step: float = 0.07) -> Array:

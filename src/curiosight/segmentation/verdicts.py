@@ -89,7 +89,8 @@ def judge(
         return Verdict.FURNITURE
     if np.count_nonzero(depth > around.settings.max_range - 0.05) > 5:
         return Verdict.FAR
-    if any(_is_part_of_wall(wall, members, support, around) for wall in around.walls):
+    xyz = around.points.xyz_at(members)
+    if any(_is_part_of_wall(wall, members, xyz, support, around) for wall in around.walls):
         return Verdict.WALL_PART
     noise = around.settings.noise * cluster.distance**2
     if high < 2 * (limits.slab + noise):
@@ -117,23 +118,28 @@ def _is_part_of_table(table: Support, members: Array, support: Support) -> bool:
     return bool((share > 0.7 and -0.5 < top < 0.05) or (share > 0.2 and abs(top) < 0.05))
 
 
-def _is_part_of_wall(wall: Wall, members: Array, support: Support, around: Surroundings) -> bool:
+def _is_part_of_wall(
+    wall: Wall, members: Array, xyz: Array, support: Support, around: Surroundings
+) -> bool:
     """Tell whether a cluster hangs on a wall, or is round its corner.
 
     On the floor nothing stands as close to a wall as a radiator, or a curtain.
     """
-    xyz = around.points.xyz.reshape(-1, 3)[members]
-    if np.mean(wall.is_before(xyz)) > 0.5:
+    n_straight, n_behind = wall.count_sides(xyz)
+    if 2 * n_straight > len(xyz):
         distance = wall.distance(xyz)
         gap = np.abs(distance)
-        if np.median(gap) < around.settings.wall_gap:
+        if 2 * np.count_nonzero(gap < around.settings.wall_gap) > len(xyz):
             return True
         # Seen through a window, not through a door.
         floats = ends(support.heights.ravel()[members], 0.1)[0] > 0.3
-        if not support.is_table and floats and np.median(distance) < 0:
+        if not support.is_table and floats and 2 * np.count_nonzero(distance < 0) > len(xyz):
             return True
         if not support.is_table and ends(gap, 0.05)[1] < 2 * around.settings.wall_gap:
             return True
+    # The other face lies behind.
+    if 2 * n_behind < len(xyz) or not wall.inliers.any():
+        return False
     return _turns_corner(around.points, members, wall)
 
 
@@ -146,8 +152,6 @@ def _turns_corner(points: Points, members: Array, wall: Wall, *, reach: int = 6)
 
     reach: cells over the crease, where no normal is known.
     """
-    if not wall.inliers.any() or np.median(wall.distance(points.xyz.reshape(-1, 3)[members])) > 0:
-        return False
     height, width = points.depth.shape
     v, u = np.unravel_index(members, points.depth.shape)
     first, last = np.full(height, width), np.full(height, -1)

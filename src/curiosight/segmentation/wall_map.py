@@ -57,13 +57,12 @@ def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array)
     free: (h, w) bool, the points that may belong to a wall. band: (h, w) metres, see
     `noise_band`. Where a frame shows little of a wall, it has no inliers and stays as it was.
     """
-    xyz, normals = points.xyz.reshape(-1, 3), points.normals.reshape(-1, 3)
     found = []
     for wall in walls:
         near = wall.near(points, free, 0.06 + band)
-        near = near[normals[near] @ wall.normal.astype(np.float32) > 0.85]
+        near = near[points.normals_at(near) @ wall.normal.astype(np.float32) > 0.85]
         inliers = np.zeros(free.shape, np.bool_)
-        fit = fit_plane(xyz[near], band.ravel()[near] + 0.02, wall.normal, wall.offset)
+        fit = fit_plane(points.xyz_at(near), band.take(near) + 0.02, wall.normal, wall.offset)
         if fit is not None and fit[0] @ wall.normal > 0.99:
             inliers.ravel()[near[fit[2]]] = True
             wall = replace(wall, normal=fit[0], offset=fit[1])

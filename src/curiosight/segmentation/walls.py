@@ -43,18 +43,20 @@ class Wall(Plane):
     low: Array
     high: Array
 
-    def is_before(self, xyz: Array, *, margin: float = 0.10) -> Mask:
-        """(n,) bool: which of (n, 3) points are straight before or behind the wall."""
-        places = xyz @ self.axes.astype(xyz.dtype)
-        is_before = (places > self.low - margin) & (places < self.high + margin)
-        return np.asarray(is_before[:, 0] & is_before[:, 1])
-
     def near(self, points: Points, free: Mask, band: Array, *, margin: float = 0.10) -> Array:
         """Return the flat indices of the `free` points within `band` of the wall, before it."""
         is_near = np.zeros(free.shape, np.bool_)
         to_wall, box = self._face(margin)
         _mark_near(points.depth, points.x, points.y, free, band, to_wall, box, is_near)
         return np.flatnonzero(is_near)
+
+    def count_sides(self, xyz: Array, *, margin: float = 0.10) -> tuple[int, int]:
+        """Return how many of (n, 3) points are straight before or behind the wall, and behind.
+
+        Behind is on or behind the wall's whole plane.
+        """
+        n_straight, n_behind = _count_sides(xyz, *self._face(margin))
+        return n_straight, n_behind
 
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
@@ -88,6 +90,20 @@ def _mark_near(
             gap = abs(z * (x[u] * a[2] + off_row) + offset)
             is_before = (along > low) & (along < high) & (up > bottom) & (up < top)
             is_near[v, u] = free[v, u] & is_before & (gap < band[v, u])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_sides(xyz: Array, to_wall: Array, box: Array) -> tuple[int, int]:
+    """Count the (n, 3) points as `Wall.count_sides` says; to_wall, box: see `Wall._face`."""
+    low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
+    a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
+    n_straight, n_behind = 0, 0
+    for point in range(len(xyz)):
+        x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
+        along, up = x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1]
+        n_straight += (along > low) & (along < high) & (up > bottom) & (up < top)
+        n_behind += x * a[2] + y * b[2] + z * c[2] + offset <= 0
+    return n_straight, n_behind
 
 
 def find_walls(

@@ -1,0 +1,100 @@
+"""A teacher that remembers: what several views agree on corrects what one view says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Frame, Label
+from curiosight.segmentation.points import spread
+from curiosight.segmentation.settings import SegmentationSettings
+from curiosight.segmentation.survey import Survey
+from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.verdicts import Verdict
+from curiosight.segmentation.votes import VoxelVotes
+
+Array = npt.NDArray[Any]
+
+# Of the grid that votes, the same as the teacher's own.
+STRIDE = 2
+# What only this view does not know; every other verdict is a vote against.
+ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
+
+
+class TemporalTeacher:
+    """A teacher with a memory of the place, where poses tell what is where.
+
+    Every frame votes with what it shows by itself. Then a thing that the image cuts, or that
+    stands too close to another, is salient where it was seen whole before; and what most views
+    take for table or wall is not salient in one of them. What has gone is forgotten.
+
+    min_ahead: votes by which salient must lead; twice as many take it back.
+    """
+
+    def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
+        self.teacher = teacher
+        self.votes = VoxelVotes()
+        self.min_ahead = min_ahead
+
+    @property
+    def survey(self) -> Survey:
+        return self.teacher.survey
+
+    @property
+    def settings(self) -> SegmentationSettings:
+        return self.teacher.settings
+
+    def remember(self, frames: Iterable[Frame]) -> None:
+        """Let some frames vote beforehand, such as those of the survey."""
+        for frame in frames:
+            self.segment(frame)
+
+    def segment(self, frame: Frame) -> Segmentation:
+        """Label every pixel of a frame by itself, correct it by memory, and remember it.
+
+        A frame without pose is not corrected and leaves no trace.
+        """
+        alone = self.teacher.segment(frame)
+        pose = frame.T_world_camera
+        if frame.depth is None or frame.camera is None or pose is None or alone.problem:
+            return alone
+        labels = alone.labels[::STRIDE, ::STRIDE]
+        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
+        self.votes.forget_removed(frame.depth, frame.camera, pose)
+        corrected = self._corrected(labels, voxels)
+        self.votes.add(voxels, _ballots(alone)[::STRIDE, ::STRIDE])
+        full = spread(
+            corrected.ravel().astype(np.int32),
+            np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
+            frame.depth,
+            STRIDE,
+            max_depth=self.settings.max_range,
+            beyond=Label.UNAVAILABLE,
+        )
+        return replace(alone, labels=full.astype(np.uint8))
+
+    def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
+        """(h, w): the labels of a frame as the votes of earlier views make them."""
+        corrected = labels.copy()
+        unknown = np.flatnonzero(labels == Label.UNKNOWN)
+        _, around = self.votes.balance(voxels.ravel()[unknown]).T
+        corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
+        salient = np.flatnonzero(labels == Label.SALIENT)
+        here, _ = self.votes.balance(voxels.ravel()[salient]).T
+        corrected.ravel()[salient[here <= -2 * self.min_ahead]] = Label.UNKNOWN
+        return corrected
+
+
+def _ballots(alone: Segmentation) -> npt.NDArray[np.uint8]:
+    """(H, W): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
+    is_rejected = np.array(
+        [False]
+        + [c.verdict not in ABSTAINS and c.verdict is not Verdict.OBJECT for c in alone.clusters]
+    )
+    ballots: npt.NDArray[np.uint8] = alone.labels.copy()
+    ballots[is_rejected[alone.cluster_of_pixel]] = Label.NOT_SALIENT
+    return ballots
