@@ -38,11 +38,6 @@ def make_teacher(config: Config, dataset: Dataset) -> Teacher:
     return Teacher(survey, settings)
 
 
-def with_memory(config: Config, teacher: Teacher) -> Teacher | TemporalTeacher:
-    """Return what teaches the learner: a teacher that remembers, where the settings say so."""
-    return TemporalTeacher(teacher) if config.teacher.temporal else teacher
-
-
 def make_temporal_teacher(config: Config, dataset: Dataset) -> TemporalTeacher:
     """Return a teacher that remembers the frames of its survey; raises as `make_teacher`."""
     teacher = TemporalTeacher(make_teacher(config, dataset))
@@ -84,7 +79,11 @@ def place(dataset: Dataset) -> str:
 def make_learner(
     config: Config, teacher: Teaches | None, rng: np.random.Generator | None = None
 ) -> SaliencyLearner:
-    """Return a learner that has seen nothing yet; rng: None = one made from the seed."""
+    """Return a learner that has seen nothing yet.
+
+    teacher: where the settings say so, one of ours learns from what several views agree on,
+        see `TemporalTeacher`. rng: None = one made from the seed.
+    """
     settings = config.forest
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
@@ -101,7 +100,7 @@ def make_learner(
         n_threads=config.run.n_threads,
     )
     return SaliencyLearner(
-        teacher,
+        _with_memory(config, teacher),
         forest,
         rows_per=config.learner.rows_per,
         colour_space=config.learner.colour_space,
@@ -115,12 +114,21 @@ def make_learner(
     )
 
 
+def _with_memory(config: Config, teacher: Teaches | None) -> Teaches | None:
+    if config.teacher.temporal and isinstance(teacher, Teacher):
+        return TemporalTeacher(teacher)
+    return teacher
+
+
 def load_learner(
     path: Path, config: Config, teacher: Teaches | None, rng: np.random.Generator | None = None
 ) -> tuple[SaliencyLearner, Config]:
     """Return a model that was learned before, and the settings with its features and forest."""
     learner = SaliencyLearner.load(
-        path, teacher, seed=config.run.seed if rng is None else rng, n_threads=config.run.n_threads
+        path,
+        _with_memory(config, teacher),
+        seed=config.run.seed if rng is None else rng,
+        n_threads=config.run.n_threads,
     )
     forest = learner.forest
     return learner, with_model(

@@ -24,7 +24,6 @@ from curiosight.experiments.components import (
     make_world,
     note_frames,
     place,
-    with_memory,
 )
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
@@ -84,10 +83,9 @@ class Exploration:
         self.teacher = make_teacher(config, dataset)
         self.regions = choose_regions(config, dataset, self.teacher.survey)
         if continued is None:
-            self.learner = make_learner(config, with_memory(config, self.teacher), learner_rng)
+            self.learner = make_learner(config, self.teacher, learner_rng)
         else:
-            teaches = with_memory(config, self.teacher)
-            self.learner, config = load_learner(continued, config, teaches, learner_rng)
+            self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
         self.world = make_world(config, dataset, self.regions, training)
         self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)

@@ -10,13 +10,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import (
-    make_learner,
-    make_teacher,
-    note_frames,
-    place,
-    with_memory,
-)
+from curiosight.experiments.components import make_learner, make_teacher, note_frames, place
 from curiosight.experiments.problems import Problems
 from curiosight.features import Rows
 from curiosight.frame import Frame
@@ -40,7 +34,7 @@ class OffLine:
         self.config = config
         self.dataset = dataset
         self.teacher = teacher or make_teacher(config, dataset)
-        self.learner: SaliencyLearner = make_learner(config, with_memory(config, self.teacher))
+        self.learner: SaliencyLearner = make_learner(config, self.teacher)
         spare = SPARE * config.forest.max_samples // len(dataset)
         self._n_pixels = max(1, min(config.learner.n_pixels, spare))
         self.problems = Problems()
