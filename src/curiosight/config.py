@@ -25,9 +25,11 @@ PRESETS: tuple[Preset, ...] = get_args(Preset)
 class TeacherConfig:
     """What the teacher takes a recording for, after a look at some of its frames.
 
+    source: what labels the frames: "depth", "masks:FOLDER" or "boxes:FILE", see `teachers`.
     temporal: with poses, what earlier views agree on corrects what teaches the learner.
     """
 
+    source: str = "depth"
     scene: Literal["auto", "floor", "table"] = "auto"
     n_survey_frames: int = 24
     temporal: bool = False

@@ -10,7 +10,7 @@ import typer
 from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
-from curiosight.cli import demo, evaluate, explore, info, learn, map, render, segment
+from curiosight.cli import demo, evaluate, explore, info, learn, map, propose, render, segment
 from curiosight.cli.interrupt import INTERRUPTED
 from curiosight.errors import DataError
 
@@ -53,6 +53,7 @@ app.command("learn")(learn.learn)
 app.command("map")(map.map_)
 app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
+app.command("propose")(propose.propose)
 app.command("render")(render.render)
 
 

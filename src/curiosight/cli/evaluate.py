@@ -42,6 +42,7 @@ def evaluate(
     ground_truth: options.GroundTruth = None,
     seed: options.Seed = None,
     scene: options.Scene = None,
+    teacher: options.Teacher = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
     out: options.Out = None,
@@ -56,7 +57,9 @@ def evaluate(
     config.toml.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"run.seed": seed, "teacher.scene": scene})
+    settings = load_config(
+        preset, config, {"run.seed": seed, "teacher.scene": scene, "teacher.source": teacher}
+    )
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
         evaluation = _prepare(settings, paths, folds, split, ground_truth)

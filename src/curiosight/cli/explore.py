@@ -83,6 +83,7 @@ def explore(
     ground_truth: options.GroundTruth = None,
     seed: options.Seed = None,
     scene: options.Scene = None,
+    teacher: options.Teacher = None,
     threads: options.Threads = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
@@ -109,6 +110,7 @@ def explore(
             "run.seed": seed,
             "run.n_threads": threads,
             "teacher.scene": scene,
+            "teacher.source": teacher,
         },
     )
     if test is not None and test_every is not None:

@@ -21,6 +21,7 @@ def learn(
     source: options.Source,
     seed: options.Seed = None,
     scene: options.Scene = None,
+    teacher: options.Teacher = None,
     threads: options.Threads = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
@@ -40,7 +41,12 @@ def learn(
     settings = load_config(
         preset,
         config,
-        {"run.seed": seed, "teacher.scene": scene, "run.n_threads": threads},
+        {
+            "run.seed": seed,
+            "teacher.scene": scene,
+            "teacher.source": teacher,
+            "run.n_threads": threads,
+        },
     )
     folder = OutputFolder(out, "learn", source, overwrite=overwrite)
     dataset = open_source(source)

@@ -52,6 +52,15 @@ Scene = Annotated[
         show_default="auto",
     ),
 ]
+Teacher = Annotated[
+    str | None,
+    typer.Option(
+        help="What labels the frames: depth, masks:FOLDER (<id>.png: 255 salient, 0 not, 125 "
+        "unknown) or boxes:FILE (a detector's, COCO JSON).",
+        rich_help_panel=SETTINGS,
+        show_default="depth",
+    ),
+]
 Temporal = Annotated[
     bool,
     typer.Option(

@@ -17,6 +17,7 @@ from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner import SaliencyLearner, Teaches
 from curiosight.segmentation import Survey, Teacher, TemporalTeacher, survey_recording
+from curiosight.teachers import open_teacher
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
 from curiosight.worlds.rooms.views import RoomViews
@@ -25,9 +26,12 @@ from curiosight.worlds.rooms.views import RoomViews
 def make_teacher(config: Config, dataset: Dataset) -> Teacher:
     """Survey a recording and return the teacher for it.
 
-    Raises `DataError` where the recording has no depth, or no frame that can be used.
+    Raises `DataError` where the recording has no frame that can be used, or no depth, unless
+    the settings name another teacher.
     """
     if not dataset.has_depth:
+        if config.teacher.source != "depth":
+            return Teacher()
         raise DataError(
             place(dataset),
             f"{dataset.name} has no depth to learn from",
@@ -36,6 +40,11 @@ def make_teacher(config: Config, dataset: Dataset) -> Teacher:
     settings = config.segmentation
     survey = survey_recording(_good_frames(config, dataset), settings, scene=config.teacher.scene)
     return Teacher(survey, settings)
+
+
+def choose_teacher(config: Config, teacher: Teacher) -> Teaches:
+    """Return what labels the frames: the depth teacher, or the labels that the settings name."""
+    return teacher if config.teacher.source == "depth" else open_teacher(config.teacher.source)
 
 
 def make_temporal_teacher(config: Config, dataset: Dataset) -> TemporalTeacher:
@@ -81,8 +90,9 @@ def make_learner(
 ) -> SaliencyLearner:
     """Return a learner that has seen nothing yet.
 
-    teacher: where the settings say so, one of ours learns from what several views agree on,
-        see `TemporalTeacher`. rng: None = one made from the seed.
+    teacher: where it is ours and the settings say so, the learner hears what several views
+        agree on (`TemporalTeacher`), or the labels of `choose_teacher` instead.
+    rng: None = one made from the seed.
     """
     settings = config.forest
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
@@ -100,7 +110,7 @@ def make_learner(
         n_threads=config.run.n_threads,
     )
     return SaliencyLearner(
-        _with_memory(config, teacher),
+        _heard(config, teacher),
         forest,
         rows_per=config.learner.rows_per,
         colour_space=config.learner.colour_space,
@@ -114,10 +124,12 @@ def make_learner(
     )
 
 
-def _with_memory(config: Config, teacher: Teaches | None) -> Teaches | None:
-    if config.teacher.temporal and isinstance(teacher, Teacher):
-        return TemporalTeacher(teacher)
-    return teacher
+def _heard(config: Config, teacher: Teaches | None) -> Teaches | None:
+    """Return what a learner hears of a teacher, see `make_learner`."""
+    if not isinstance(teacher, Teacher):
+        return teacher
+    chosen = choose_teacher(config, teacher)
+    return TemporalTeacher(teacher) if chosen is teacher and config.teacher.temporal else chosen
 
 
 def load_learner(
@@ -126,7 +138,7 @@ def load_learner(
     """Return a model that was learned before, and the settings with its features and forest."""
     learner = SaliencyLearner.load(
         path,
-        _with_memory(config, teacher),
+        _heard(config, teacher),
         seed=config.run.seed if rng is None else rng,
         n_threads=config.run.n_threads,
     )

@@ -13,7 +13,13 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
-from curiosight.experiments.components import count_learned, load_learner, make_teacher, place
+from curiosight.experiments.components import (
+    choose_teacher,
+    count_learned,
+    load_learner,
+    make_teacher,
+    place,
+)
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth
@@ -83,7 +89,8 @@ class CrossValidation:
         self.split = split
         self.n_learned = 0
         self.off_line = OffLine(config, dataset, teacher=teacher)
-        self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
+        teaching = choose_teacher(config, self.off_line.teacher)
+        self.truth = find_truth(dataset, range(len(dataset)), teaching)
         self.scores = MapScores(
             max_range=config.segmentation.max_range, threshold=self.learner.threshold
         )

@@ -17,6 +17,7 @@ from curiosight.evaluation import HeldOut, every_nth
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
+    choose_teacher,
     count_learned,
     load_learner,
     make_learner,
@@ -124,10 +125,13 @@ class Exploration:
     def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
         max_frames = self.config.test.max_frames
         if test_source is None:
-            return find_truth(self.dataset, test, self.teacher, max_frames=max_frames)
+            teacher = choose_teacher(self.config, self.teacher)
+            return find_truth(self.dataset, test, teacher, max_frames=max_frames)
         everything = range(len(test_source))
         has_truth = any(map(test_source.has_ground_truth, everything))
-        teacher = None if has_truth else make_teacher(self.config, test_source)
+        if has_truth:
+            return find_truth(test_source, everything, None, max_frames=max_frames)
+        teacher = choose_teacher(self.config, make_teacher(self.config, test_source))
         return find_truth(test_source, everything, teacher, max_frames=max_frames)
 
     def _watch(self) -> Stopwatch:
