@@ -22,7 +22,7 @@ import curiosight as cs
 from curiosight.config import Config
 from curiosight.evaluation import MapScores
 from curiosight.experiments.evaluating import CrossValidation
-from curiosight.segmentation import Segmentation
+from curiosight.segmentation import Segmentation, TemporalTeacher
 
 RESULTS = Path(__file__).parent / "results" / "presets.json"
 
@@ -32,15 +32,22 @@ def variants() -> dict[str, Config]:
     paper, default = Config.of_preset("paper"), Config.of_preset("default")
     superpixels = replace(paper, learner=replace(paper.learner, rows_per="superpixel"))
     soft = replace(superpixels, forest=replace(paper.forest, vote="soft"))
-    lab = replace(soft, learner=replace(default.learner, contrast=False))
-    deep = replace(default, learner=lab.learner)
+    plain = replace(default.learner, contrast=False, follow_edges=False, blind_share=0.0)
+    lab = replace(soft, learner=plain)
+    alone = replace(default, teacher=paper.teacher)
+    deep = replace(alone, learner=plain)
+    contrast = replace(alone, learner=replace(plain, contrast=True))
+    edges = replace(alone, learner=replace(default.learner, blind_share=0.0))
     steps = {
         "paper": paper,
         "+ one row per superpixel": superpixels,
         "+ leaf frequencies": soft,
         "+ Lab": lab,
         "+ deep, varied trees": deep,
-        "+ contrast = default": default,
+        "+ contrast": contrast,
+        "+ maps follow edges": edges,
+        "+ blind share": alone,
+        "+ memory of views = default": default,
     }
     for name, changes in {
         "default, nodes of 20 split": {"min_split": 20},
@@ -75,7 +82,7 @@ class Halves(MapScores):
 class Remembering:
     """A teacher that segments each frame once: it is the same for all variants."""
 
-    def __init__(self, teacher: cs.Teacher) -> None:
+    def __init__(self, teacher: cs.Teacher | TemporalTeacher) -> None:
         self.survey = teacher.survey
         self._teacher = teacher
         self._remembered: dict[str, Segmentation] = {}
@@ -129,12 +136,14 @@ def main() -> None:
     recordings = []
     for path, split in ((arguments.osd_learn, "frames"), (arguments.redkitchen, "blocks")):
         dataset = cs.open_dataset(path)
-        teacher = Remembering(cs.make_teacher(default, dataset))
-        recordings.append((path.name, dataset, teacher, split))
+        teacher = cs.make_teacher(default, dataset)
+        teachers = {False: Remembering(teacher), True: Remembering(TemporalTeacher(teacher))}
+        recordings.append((path.name, dataset, teachers, split))
     results: dict[str, Any] = {}
     for name, config in variants().items():
         results[name] = {}
-        for recording, dataset, teacher, split in recordings:
+        for recording, dataset, teachers, split in recordings:
+            teacher = teachers[config.teacher.temporal]
             runs = [run(config, dataset, teacher, split, seed) for seed in range(arguments.seeds)]
             for part in runs[0]:
                 cells = {key: [float(one[part][key]) for one in runs] for key in runs[0][part]}
