@@ -55,7 +55,7 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "learner.rows_per": "superpixel",
         "learner.colour_space": "lab",
         "learner.contrast": True,
-        "learner.blind_share": 0.04,
+        "learner.blind_share": 0.02,
         "learner.follow_edges": True,
         "segmentation.follow_sensor": True,
         "teacher.temporal": True,

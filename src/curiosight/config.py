@@ -160,7 +160,7 @@ class Config:
                 rows_per="superpixel",
                 colour_space="lab",
                 contrast=True,
-                blind_share=0.04,
+                blind_share=0.02,
                 follow_edges=True,
             ),
             forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
