@@ -7,7 +7,7 @@ import numpy.typing as npt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curiosight.segmentation.bodies import beside_table
+from curiosight.segmentation.bodies import Bodies, beside_table
 from curiosight.segmentation.planes import Plane
 from curiosight.segmentation.settings import TABLE
 from curiosight.segmentation.supports import Support
@@ -39,4 +39,5 @@ def test_bodies_beside_a_table_are_as_defined(seed: int, has_core: bool) -> None
     core = extent & (rng.random(body.shape) < 0.5) if has_core else None
     plane = Plane(np.array([0.0, -1.0, 0.0]), 1.0, np.zeros(body.shape, np.bool_))
     table = Support(plane, TABLE, heights, extent, core, extent if has_core else None)
-    np.testing.assert_array_equal(beside_table(body, table), beside_by_loop(body, table))
+    is_beside = beside_table(Bodies(body, 12), table)
+    np.testing.assert_array_equal(is_beside[body], beside_by_loop(body, table))

@@ -17,8 +17,8 @@ from curiosight.segmentation import (
     Teacher,
     Verdict,
 )
+from curiosight.segmentation.background import border_mask
 from curiosight.segmentation.table_map import CELL, Table
-from curiosight.segmentation.teacher import border_mask
 from room import ROOM, Box, look, render
 from scenes import CAMERA, ON_FLOOR, ON_TABLE, TABLE_TOP, WALL, as_frame, kinect_noise, see
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -15,35 +16,56 @@ from curiosight.segmentation.supports import Support
 Array = npt.NDArray[Any]
 
 
-def connect_bodies(free: Mask, depth: Array, noise: float) -> Array:
-    """(h, w) int32: the number of the body that each `free` point belongs to, from 1; 0 = none.
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """The bodies of a frame.
 
-    noise: of inverse depth, 1/m.
+    number: (h, w) int32, of the body that each point belongs to, from 1; 0 = none.
+    n: how many there are, with the 0.
     """
-    is_smooth = free.copy()
-    step = 0.02 + 2 * noise * depth**2
-    is_smooth[:, 1:] &= np.abs(depth[:, 1:] - depth[:, :-1]) < step[:, 1:]
-    is_smooth[1:] &= np.abs(depth[1:] - depth[:-1]) < step[1:]
-    return np.asarray(cv2.connectedComponents(is_smooth.astype(np.uint8), connectivity=4)[1])
+
+    number: Array
+    n: int
 
 
-def beside_table(body: Array, table: Support) -> Mask:
-    """(h, w) bool: the bodies that only lean over a table's edge, such as a chair.
+def connect_bodies(free: Mask, depth: Array, noise: float) -> Bodies:
+    """Return the bodies of the (h, w) `free` points; noise: of inverse depth, 1/m."""
+    is_smooth = np.zeros(free.shape, np.uint8)
+    _mark_smooth(free, depth, 2 * noise, is_smooth)
+    n, number = cv2.connectedComponents(is_smooth, connectivity=4)
+    return Bodies(number, n)
+
+
+def beside_table(bodies: Bodies, table: Support) -> Array:
+    """(n_bodies,) bool: the bodies that only lean over a table's edge, such as a chair.
 
     Most of such a body is outside the table's extent, or it goes on below the top and hardly
     reaches the table's core.
     """
-    assert table.extent is not None
+    if table.extent is None:
+        return np.zeros(bodies.n, np.bool_)
     core = table.extent if table.core is None else table.core
-    counts = np.zeros((int(body.max()) + 1, 5), np.int64)
-    _count_points(body, table.extent, core, table.heights, counts)
+    counts = np.zeros((bodies.n, 5), np.int64)
+    _count_points(bodies.number, table.extent, core, table.heights, counts)
     shares = counts[:, 1:] / np.maximum(counts[:, :1], 1)
     in_extent, in_core, above, below = shares.T
-    is_beside = (in_extent > 0) & (in_extent < 0.5)
+    is_beside: Array = (in_extent > 0) & (in_extent < 0.5)
     if table.core is not None:
         is_beside |= (in_extent > 0) & (np.minimum(above, below) > 0.05) & (in_core < 0.3)
-    beside: Mask = is_beside.take(body)
-    return beside
+    return is_beside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_smooth(free: Array, depth: Array, noise: float, is_smooth: Array) -> None:
+    """Set (h, w) `is_smooth` to 1 where a free point follows those to its left and above it."""
+    slope = np.float32(noise)
+    for v in range(free.shape[0]):
+        for u in range(free.shape[1]):
+            here = depth[v, u]
+            step = np.float32(0.02) + slope * (here * here)
+            follows_left = (u == 0) | (abs(here - depth[v, max(u - 1, 0)]) < step)
+            follows_above = (v == 0) | (abs(here - depth[max(v - 1, 0), u]) < step)
+            is_smooth[v, u] = free[v, u] & follows_left & follows_above
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -36,7 +36,7 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     # Wider by a trifle, so that rounding never puts neighbours two cells apart.
     table = _table_for(means)
     cell, keys = _number_cells(means, 1.000001 * tolerance, table)
-    cluster: Array = _join_near(means, tolerance, cell, keys, table)[voxel]
+    cluster: Array = _join_near(means, tolerance, cell, keys, table).take(voxel)
     return cluster
 
 
@@ -54,8 +54,9 @@ def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: flo
     is_below = (low < low[:, None]) & (high > low[:, None] - reach)
     begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
     meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
-    thing: Array = _join_linked(hovers[:, None] & is_below & meets)
-    return thing
+    parent = np.arange(len(boxes))
+    _join_linked(hovers[:, None] & is_below & meets, parent)
+    return _number_trees(parent)
 
 
 def _table_for(xyz: Array) -> Array:
@@ -63,15 +64,20 @@ def _table_for(xyz: Array) -> Array:
     return np.full(2 << len(xyz).bit_length(), -1, np.int32)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _number_cells(xyz: Array, side: float, table: Array) -> tuple[Array, Array]:
     """Number the cubes of a side in metres that hold (n, 3) points, in order of appearance.
 
     table: see `_slot`; the cells are added. Return the (n,) number of each point's cell, and
     the keys of the cells.
     """
-    keys = np.empty(len(xyz), np.int64)
-    cell = np.empty(len(xyz), np.int64)
+    keys, cell = np.empty((2, len(xyz)), np.int64)
+    n_cells = _enter_cells(xyz, side, table, keys, cell)
+    return cell, keys[:n_cells]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _enter_cells(xyz: Array, side: float, table: Array, keys: Array, cell: Array) -> int:
+    """Set the first of the (n,) keys, and (n,) `cell`; return how many cells there are."""
     n_cells = 0
     for point in range(len(xyz)):
         key = np.int64(0)
@@ -83,7 +89,7 @@ def _number_cells(xyz: Array, side: float, table: Array) -> tuple[Array, Array]:
             keys[n_cells] = key
             n_cells += 1
         cell[point] = table[slot]
-    return cell, keys[:n_cells]
+    return n_cells
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -108,27 +114,40 @@ def _add_up(xyz: Array, group: Array, sums: Array) -> None:
         sums[group[point], 3] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def _join_near(xyz: Array, tolerance: float, cell: Array, keys: Array, table: Array) -> Array:
     """Return the (n,) component of each point, where links are at most `tolerance` long.
 
     cell, keys, table: of the points, see `_number_cells`.
     """
-    parent = _own_parents(len(xyz))
-    before = np.empty(len(xyz), np.int64)
-    last = np.empty(len(keys), np.int64)
-    last[:] = -1
+    parent, before = np.arange(len(xyz)), np.empty(len(xyz), np.int64)
+    last = np.full(len(keys), -1)
+    _join_cells(xyz, tolerance, cell, keys, table, before, last, parent)
+    return _number_trees(parent)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_cells(
+    xyz: Array,
+    tolerance: float,
+    cell: Array,
+    keys: Array,
+    table: Array,
+    before: Array,
+    last: Array,
+    parent: Array,
+) -> None:
+    """Join the points that are near each other.
+
+    before: (n,) and last: (n_cells,) -1, to work with: the points of each cell, chained.
+    """
     for point in range(len(xyz)):
         before[point] = last[cell[point]]
         last[cell[point]] = point
-    for key in keys:
-        one = table[_slot(keys, table, key)]
+    for one in range(len(keys)):
         for shift in HALF_AROUND:
-            other = table[_slot(keys, table, key + shift)]
+            other = table[_slot(keys, table, keys[one] + shift)]
             if other >= 0:
                 _join_chains(xyz, tolerance, before, last[one], last[other], parent)
-    component: Array = _number_roots(parent)
-    return component
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,15 +171,6 @@ def _join_chains(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _own_parents(n: int) -> Array:
-    """Return n trees of one node: each node is its own parent."""
-    parent = np.empty(n, np.int64)
-    for node in range(n):
-        parent[node] = node
-    return parent
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _root(parent: Array, node: int) -> int:
     """Return the first node of a node's tree, and halve the way to it for the next time."""
     while parent[node] != node:
@@ -169,11 +179,16 @@ def _root(parent: Array, node: int) -> int:
     return node
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _number_roots(parent: Array) -> Array:
+def _number_trees(parent: Array) -> Array:
     """Return the (n,) number of each node's tree, in the order of their first nodes."""
-    number = np.empty(len(parent), np.int64)
-    number[:] = -1
+    number = np.full(len(parent), -1)
+    _number_roots(parent, number)
+    return number
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_roots(parent: Array, number: Array) -> None:
+    """Set the (n,) numbers, -1 before, as `_number_trees` says."""
     n_roots = 0
     for node in range(len(parent)):
         root = _root(parent, node)
@@ -181,16 +196,12 @@ def _number_roots(parent: Array) -> Array:
             number[root] = n_roots
             n_roots += 1
         number[node] = number[root]
-    return number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join_linked(links: Array) -> Array:
-    """Return the (n,) number of the component of each node of an (n, n) bool graph."""
-    parent = _own_parents(len(links))
+def _join_linked(links: Array, parent: Array) -> None:
+    """Join the nodes that an (n, n) bool graph links."""
     for one in range(len(links)):
         for other in range(len(links)):
             if links[one, other]:
                 parent[_root(parent, one)] = _root(parent, other)
-    component: Array = _number_roots(parent)
-    return component

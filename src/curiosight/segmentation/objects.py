@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
-from curiosight.segmentation.bodies import beside_table, connect_bodies
-from curiosight.segmentation.clusters import euclidean_clusters, join_stacked
-from curiosight.segmentation.planes import Mask, horizontal_axes, noise_band
-from curiosight.segmentation.points import ends, median
+from curiosight.segmentation.bodies import Bodies, beside_table, connect_bodies
+from curiosight.segmentation.planes import Mask
 from curiosight.segmentation.supports import Support
-from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict, is_cut, judge
+from curiosight.segmentation.things import Surroundings, Thing, find_things
+from curiosight.segmentation.verdicts import Cluster, judge
 
 Array = npt.NDArray[Any]
 
@@ -28,115 +26,83 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
     each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
-    points, lowest = around.points, around.supports[0]
-    body = connect_bodies(free, points.depth, around.settings.noise)
+    carriers = [support for support in around.supports if support.carries_objects]
+    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
     number = np.zeros(free.shape, np.int32)
     clusters: list[Cluster] = []
     free = free.copy()
-    for support in reversed(around.supports):
-        if not support.carries_objects:
-            continue
-        slab = noise_band(points, support.settings.slab, around.settings.noise)
-        # What is free inside the slab faces elsewhere: the foot of something, or a crease.
-        over = free & (support.heights > slab / 2)
-        over &= support.heights < support.settings.max_height
-        if support.extent is not None:
-            extent = support.extent & ~beside_table(body, support)
-            under = extent & (support.heights > -1.2)
-            if support.core is not None:
-                under &= support.core | (support.heights > -slab)
-            free &= ~under
-            over &= extent | free if support is lowest else extent
-        free &= ~over
-        numbers, found = _find_clusters(over, support, around)
-        number += np.where(numbers > 0, numbers + len(clusters), 0)
-        clusters += found
+    for support in reversed(carriers):
+        over = _take_over(free, bodies, support, around)
+        for thing in find_things(over, support, around):
+            clusters.append(_cluster(thing, support, around))
+            number.ravel()[thing.members] = len(clusters)
     return number, clusters
 
 
-def _find_clusters(
-    free: Mask, support: Support, around: Surroundings
-) -> tuple[Array, list[Cluster]]:
-    """Group the `free` points over a support and judge each group; see `find_objects`."""
-    min_points = around.settings.min_cluster_px / around.points.stride**2
-    number = np.zeros(free.shape, np.int32)
-    clusters: list[Cluster] = []
-    for members, stands in _things(np.flatnonzero(free), support, around):
-        if len(members) >= min_points:
-            cluster = _measure(members, support, around)
-            verdict = judge(cluster, members, stands, support, around)
-            clusters.append(replace(cluster, verdict=verdict))
-            number.ravel()[members] = len(clusters)
-    return number, clusters
+def _take_over(free: Mask, bodies: Bodies, support: Support, around: Surroundings) -> Mask:
+    """(h, w) bool: the free points over a support; they, and those under it, are free no more."""
+    over = np.zeros(free.shape, np.bool_)
+    extent = over if support.extent is None else support.extent
+    _divide(
+        free,
+        bodies.number,
+        beside_table(bodies, support),
+        extent,
+        extent if support.core is None else support.core,
+        support.heights,
+        around.points.depth,
+        support.settings.slab,
+        around.settings.noise,
+        support.settings.max_height,
+        support is around.supports[0],
+        over,
+    )
+    return over
 
 
-def _things(
-    where: Array, support: Support, around: Surroundings, *, min_points: int = 15
-) -> Iterator[tuple[Array, bool]]:
-    """Yield the flat indices of each thing's points, and whether it stands on the support.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _divide(
+    free: Array,
+    body: Array,
+    is_beside: Array,
+    extent: Array,
+    core: Array,
+    heights: Array,
+    depth: Array,
+    slab: float,
+    noise: float,
+    max_height: float,
+    is_lowest: bool,
+    over: Array,
+) -> None:
+    """Set `over`, and change `free`, as `_take_over` says; all are (h, w).
 
-    where: flat indices of all points. min_points: of a part; with fewer it is noise.
+    is_beside: (n_bodies,), see `beside_table`. What is free inside the slab faces elsewhere: the
+    foot of something, or a crease.
     """
-    points, limits = around.points, support.settings
-    xyz = points.xyz_at(where)
-    cluster = euclidean_clusters(xyz, leaf=limits.leaf, tolerance=limits.tolerance)
-    order = np.argsort(cluster, kind="stable")
-    last = np.cumsum(np.bincount(cluster))
-    groups = [where[part] for part in np.split(order, last[:-1]) if len(part) >= min_points]
-    if not groups:
-        return
-    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
-    boxes, hovers = np.empty((len(groups), 3, 2)), np.empty(len(groups), np.bool_)
-    cut = np.empty(len(groups), np.bool_)
-    for index, members in enumerate(groups):
-        xyz = points.xyz_at(members)
-        places = (*(xyz @ axes).T, support.heights.ravel()[members])
-        boxes[index] = [ends(place, 0.02) for place in places]
-        noise = around.settings.noise * float(xyz[:, 2].mean()) ** 2
-        is_high = boxes[index, 2, 0] > limits.slab + 0.06 + 3 * noise
-        hovers[index] = is_high and _hidden_share(points.depth, members) < 0.4
-        cut[index] = is_cut(members, around.border)
-    # What the image cuts, such as a cupboard on the wall, takes nothing below with it.
-    thing = join_stacked(boxes, hovers & ~cut)
-    for label in range(thing.max() + 1):
-        parts = np.flatnonzero(thing == label)
-        yield np.concatenate([groups[part] for part in parts]), not hovers[parts].all()
+    base, slope, highest = np.float32(slab), np.float32(noise), np.float32(max_height)
+    for v in range(free.shape[0]):
+        for u in range(free.shape[1]):
+            if not free[v, u]:
+                continue
+            height = heights[v, u]
+            band = base + slope * (depth[v, u] * depth[v, u])
+            is_in = extent[v, u] and not is_beside[body[v, u]]
+            is_under = is_in and height > -1.2 and (core[v, u] or height > -band)
+            is_over = band < 2 * height and height < highest and (is_in or is_lowest)
+            over[v, u] = is_over
+            free[v, u] = not (is_under or is_over)
 
 
-def _measure(members: Array, support: Support, around: Surroundings) -> Cluster:
-    """Return the cluster of some points, given by their flat index; an object so far."""
-    points = around.points
-    xyz = points.xyz_at(members)
-    v, u = np.unravel_index(members, points.depth.shape)
-    s = points.stride
-    right, forward = horizontal_axes(support.plane.normal)
-    width, length = (high - low for low, high in (ends(xyz @ a) for a in (right, forward)))
-    low, high = ends(support.heights.ravel()[members])
+def _cluster(thing: Thing, support: Support, around: Surroundings) -> Cluster:
+    """Return a thing as the rest of the program knows it, with its verdict."""
+    stride = around.points.stride
+    u_min, v_min, u_max, v_max = (stride * end for end in thing.box)
     return Cluster(
-        verdict=Verdict.OBJECT,
-        box=(int(u.min()) * s, int(v.min()) * s, int(u.max() + 1) * s, int(v.max() + 1) * s),
-        n_pixels=len(members) * s * s,
-        size=(width, length, high - max(0.0, low)),
-        distance=median(xyz[:, 2]),
+        verdict=judge(thing, support, around),
+        box=(u_min, v_min, u_max, v_max),
+        n_pixels=len(thing.members) * stride**2,
+        size=thing.size,
+        distance=thing.distance,
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
     )
-
-
-def _hidden_share(depth: Array, members: Array, *, step: float = 0.05) -> float:
-    """Return the share of a cluster's columns whose foot something hides.
-
-    Just below the lowest point of such a column comes a surface nearer by `step` metres, or
-    no reading at all: what the cluster stands on cannot be seen there.
-    """
-    height = depth.shape[0]
-    v, u = np.unravel_index(members, depth.shape)
-    lowest = np.full(depth.shape[1], -1, np.int64)
-    np.maximum.at(lowest, u, v)
-    columns = np.flatnonzero(lowest >= 0)
-    foot = lowest[columns]
-    here = depth[foot, columns]
-    hidden = np.zeros(len(columns), np.bool_)
-    for below in (3, 6):
-        there = depth[np.minimum(foot + below, height - 1), columns]
-        hidden |= np.isnan(there) | (there < here - step)
-    return np.count_nonzero(hidden) / len(hidden)

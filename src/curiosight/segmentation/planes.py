@@ -18,6 +18,8 @@ from curiosight.segmentation.points import Points
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
+# Added to the sums of a fit, so that points on a line can be fitted too.
+TINY = 1e-9 * np.eye(3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,13 +39,30 @@ class Plane:
         signed: Array = xyz @ self.normal.astype(xyz.dtype) + np.float32(self.offset)
         return signed
 
+    def distances(self, points: Points) -> Array:
+        """(h, w) float32 signed distance in metres of all points of a frame."""
+        distances = np.empty_like(points.depth)
+        plane = np.array([*self.normal, self.offset], np.float32)
+        _measure_distances(points.depth, points.x, points.y, plane, distances)
+        return distances
 
-def noise_band(points: Points, base: float, noise: float) -> Array:
-    """(h, w) half-thickness in metres of a plane seen at each point: base + noise z².
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure_distances(depth: Array, x: Array, y: Array, plane: Array, distances: Array) -> None:
+    """Set the (h, w) distances from a plane, (4,) its normal and offset; depth, x, y: `Points`."""
+    a, b, c, offset = plane
+    for v in range(len(y)):
+        in_row = y[v] * b + c
+        for u in range(len(x)):
+            distances[v, u] = depth[v, u] * (x[u] * a + in_row) + offset
+
+
+def noise_band(depth: Array, base: float, noise: float) -> Array:
+    """Return the half-thickness in metres of a plane seen at some depths z: base + noise z².
 
     noise: inverse-depth noise of the sensor, 1/m; 0.0028 is one step of a Kinect's disparity.
     """
-    band: Array = points.depth * points.depth
+    band: Array = depth * depth
     band *= noise
     band += base
     return band
@@ -53,13 +72,12 @@ def noise_band(points: Points, base: float, noise: float) -> Array:
 class Surface:
     """Some points of a frame.
 
-    where: (n,) flat indices on the grid. xyz, normals: (n, 3), area: (n,), see `Points`.
+    where: (n,) flat indices on the grid. xyz: (n, 3), area: (n,), see `Points`.
     band: (n,) metres, see `noise_band`.
     """
 
     where: Array
     xyz: Array
-    normals: Array
     area: Array
     band: Array
 
@@ -67,13 +85,12 @@ class Surface:
     def gather(cls, points: Points, band: Array, is_part: Mask) -> Self:
         """Return the points where the (h, w) `is_part` is true."""
         where = np.flatnonzero(is_part)
-        area, band = points.area.take(where), band.take(where)
-        return cls(where, points.xyz_at(where), points.normals_at(where), area, band)
+        return cls(where, points.xyz_at(where), points.area.take(where), band.take(where))
 
     def part(self, is_part: Mask) -> Self:
         """Return the points where the (n,) `is_part` is true."""
         chosen = np.flatnonzero(is_part)
-        arrays = (self.where, self.xyz, self.normals, self.area, self.band)
+        arrays = (self.where, self.xyz, self.area, self.band)
         return type(self)(*(array.take(chosen, axis=0) for array in arrays))
 
 
@@ -89,12 +106,12 @@ def fit_plane(
     stride = 1 + len(xyz) // max_points
     for slack in (3.0, 1.5, 1.0):
         sums = np.zeros((4, 4))
-        _sum_rays(xyz, slack * band, normal, offset, stride, sums)
+        _sum_rays(xyz, band, slack, normal, offset, stride, sums)
         if sums[2, 2] * stride < 50:
             return None
         # n·p = 1 divided by z: rays·n = 1/z, whose noise does not depend on the distance.
-        solution = np.linalg.solve(sums[:3, :3] + 1e-9 * np.eye(3), sums[:3, 3])
-        length = float(np.linalg.norm(solution))
+        solution = np.linalg.solve(sums[:3, :3] + TINY, sums[:3, 3])
+        length = float(np.sqrt(solution @ solution))
         sign = 1.0 if solution @ normal > 0 else -1.0
         normal, offset = sign * solution / length, -sign / length
     signed = xyz @ normal.astype(np.float32) + np.float32(offset)
@@ -103,16 +120,18 @@ def fit_plane(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_rays(
-    xyz: Array, band: Array, normal: Array, offset: float, stride: int, sums: Array
+    xyz: Array, band: Array, slack: float, normal: Array, offset: float, stride: int, sums: Array
 ) -> None:
-    """Add the products of (x/z, y/z, 1, 1/z) of the points within `band` of a plane to `sums`.
+    """Add the products of (x/z, y/z, 1, 1/z) of the points near a plane to `sums`.
 
-    xyz: (n, 3) and band: (n,) float32, of which every `stride`-th is taken. sums: (4, 4) float64.
+    Near is within `slack` times `band`. xyz: (n, 3) and band: (n,) float32, of which every
+    `stride`-th is taken. sums: (4, 4) float64.
     """
     a, b, c = np.float32(normal[0]), np.float32(normal[1]), np.float32(normal[2])
+    d, factor = np.float32(offset), np.float32(slack)
     for i in range(0, len(xyz), stride):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        if abs(x * a + y * b + z * c + np.float32(offset)) < band[i]:
+        if abs(x * a + y * b + z * c + d) < factor * band[i]:
             inverse = 1 / np.float64(z)
             row = (x * inverse, y * inverse, 1.0, inverse)
             for j in range(4):
@@ -139,7 +158,7 @@ def find_supports(
     min_area: visible square metres.
     """
     vertical = up.astype(np.float32)
-    is_level = (points.normals @ vertical > np.cos(max_normal_angle)) & (points.depth < max_range)
+    is_level = facing(points, up, np.cos(max_normal_angle), np.inf, points.depth < max_range)
     rest = Surface.gather(points, band, is_level)
     found: list[tuple[float, Plane]] = []
     for _ in range(2 * max_supports):
@@ -162,6 +181,29 @@ def find_supports(
         rest = rest.part(is_rest)
     found.sort(key=lambda pair: -pair[0])
     return [plane for _, plane in found]
+
+
+def facing(points: Points, direction: Array, low: float, high: float, free: Mask) -> Mask:
+    """(h, w) bool: free, and with a cosine between `low` and `high` from normal to direction.
+
+    direction: (3,) unit vector. free: (h, w) bool. No normal, no.
+    """
+    is_facing = np.empty(free.shape, np.bool_)
+    _mark_facing(points.normals, direction.astype(np.float32), low, high, free, is_facing)
+    return is_facing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_facing(
+    normals: Array, direction: Array, low: float, high: float, free: Array, is_facing: Array
+) -> None:
+    """Set (h, w) `is_facing` as `facing` says."""
+    least, most = np.float32(low), np.float32(high)
+    for v in range(free.shape[0]):
+        for u in range(free.shape[1]):
+            cosine = normals[v, u, 0] * direction[0] + normals[v, u, 1] * direction[1]
+            cosine += normals[v, u, 2] * direction[2]
+            is_facing[v, u] = free[v, u] & (cosine > least) & (cosine < most)
 
 
 def mask_of(where: Array, shape: tuple[int, ...]) -> Mask:

@@ -46,6 +46,12 @@ class Points:
         xyz: Array = self.xyz.reshape(-1, 3).take(where, axis=0)
         return xyz
 
+    def corner_rays(self) -> Array:
+        """Return the (4, 3) rays (x, y, 1) round the image's corners, one after the other."""
+        left, top = float(self.x[0]), float(self.y[0])
+        right, bottom = float(self.x[-1]), float(self.y[-1])
+        return np.array([[left, top, 1], [right, top, 1], [right, bottom, 1], [left, bottom, 1]])
+
     def normals_at(self, where: Array) -> Array:
         """Return the (n, 3) normals at (n,) flat indices of the grid."""
         normals: Array = self.normals.reshape(-1, 3).take(where, axis=0)
@@ -93,15 +99,14 @@ def spread(
 ) -> Array:
     """(H, W) int32: for each pixel the value of the grid's cell around it closest in depth.
 
-    values: (h * w,) int32. coarse: (h, w) every `stride`-th pixel of `depth` (H, W). Where
-    nothing tells the cells apart it is the one to the upper left.
+    values: (h, w) or (h * w,) int32. coarse: (h, w) every `stride`-th pixel of
+    `depth` (H, W). Where nothing tells the cells apart it is the one to the upper left.
     beyond: for the pixels farther than `max_depth` and those without a reading.
     """
     spread = np.empty(depth.shape, np.int32)
-    n_columns = coarse.shape[1]
-    here, gap = np.empty((2, n_columns), np.float32)
-    nearest = np.empty(n_columns, np.int32)
-    _spread(values, coarse, depth, stride, max_depth, beyond, here, gap, nearest, spread)
+    repeated = np.empty(depth.shape[1], np.int32)
+    cells = values.reshape(coarse.shape)
+    _spread(cells, coarse, depth, stride, max_depth, beyond, repeated, spread)
     return spread
 
 
@@ -113,50 +118,60 @@ def _spread(
     stride: int,
     max_depth: float,
     beyond: int,
-    here: Array,
-    gap: Array,
-    nearest: Array,
+    repeated: Array,
     spread: Array,
 ) -> None:
-    """Set what `spread` returns; here, gap and nearest are (w,), to work with.
+    """Set what `spread` returns; values: (h, w). repeated: (W,), to work with.
 
-    Pixels with the same place between grid points have their cells at the same places: taken
-    together they make loops that vectorise.
+    Every pixel takes the cell to its upper left, in loops that vectorise; then the few whose
+    cells around differ choose.
     """
     height, width = depth.shape
-    n_rows, n_columns = coarse.shape
-    farthest = np.float32(max_depth)
-    for v in range(height):
-        top = v // stride
-        bottom = min(top + min(v % stride, 1), n_rows - 1)
-        for phase in range(stride):
-            n = (width - phase + stride - 1) // stride
-            for column in range(n):
-                here[column] = depth[v, column * stride + phase]
-                gap[column] = np.inf
-                nearest[column] = top * n_columns + column
-            for row in range(top, bottom + 1):
-                for right in range(1 + min(phase, 1)):
-                    first = row * n_columns + right
-                    _prefer_nearer(coarse[row, right:], first, here[:n], gap, nearest)
-            for column in range(n):
-                is_near = here[column] <= farthest
-                value = values[nearest[column]] if is_near else np.int32(beyond)
-                spread[v, column * stride + phase] = value
+    farthest, nothing = np.float32(max_depth), np.int32(beyond)
+    for row in range(len(values)):
+        for column in range(values.shape[1]):
+            for u in range(column * stride, min(column * stride + stride, width)):
+                repeated[u] = values[row, column]
+        for v in range(row * stride, min(row * stride + stride, height)):
+            for u in range(width):
+                spread[v, u] = repeated[u] if depth[v, u] <= farthest else nothing
+        below = min(row + 1, len(values) - 1)
+        for column in range(values.shape[1]):
+            right = min(column + 1, values.shape[1] - 1)
+            differs = values[row, column] ^ values[row, right]
+            differs |= values[row, column] ^ values[below, column]
+            if differs | (values[row, column] ^ values[below, right]):
+                _choose_cells(values, coarse, depth, stride, farthest, row, column, spread)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _prefer_nearer(row: Array, first: int, here: Array, gap: Array, nearest: Array) -> None:
-    """Note each cell of a row that is closer in depth to its pixel than those before it.
+def _choose_cells(
+    values: Array,
+    coarse: Array,
+    depth: Array,
+    stride: int,
+    farthest: float,
+    row: int,
+    column: int,
+    spread: Array,
+) -> None:
+    """Give the pixels below and to the right of a cell the value of that closest in depth.
 
-    row: (n,) depth of the cells `first`, `first` + 1, …; here: (n,) depth of the pixels.
-    gap, nearest: of the closest so far, changed. What has no reading is never closer.
+    A cell or a pixel without a reading is never close.
     """
-    for place in range(min(len(row), len(here))):
-        new_gap = abs(row[place] - here[place])
-        is_nearer = new_gap < gap[place]
-        gap[place] = new_gap if is_nearer else gap[place]
-        nearest[place] = np.int32(first + place) if is_nearer else nearest[place]
+    for v in range(row * stride, min(row * stride + stride, depth.shape[0])):
+        for u in range(column * stride, min(column * stride + stride, depth.shape[1])):
+            here, least = depth[v, u], np.float32(np.inf)
+            if not here <= farthest:
+                continue
+            for cell_v in range(row, min(row + 1 + (v > row * stride), len(coarse))):
+                for cell_u in range(
+                    column, min(column + 1 + (u > column * stride), coarse.shape[1])
+                ):
+                    gap = abs(coarse[cell_v, cell_u] - here)
+                    if gap < least:
+                        least = gap
+                        spread[v, u] = values[cell_v, cell_u]
 
 
 def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: float) -> Array:
@@ -165,7 +180,7 @@ def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: floa
     cells: (rows, columns) float32. axes: (3, 2) directions of columns and rows in the frame of
     the points. corner: (2,) metres along them of the first cell's corner. side: metres.
     """
-    found = np.full(points.depth.shape, -np.inf, np.float32)
+    found = np.empty_like(points.depth)
     to_map = (np.vstack([axes, -corner[None]]) / side).astype(np.float32)
     index = np.empty(len(points.x), np.int32)
     _look_up(cells, points.depth, points.x, points.y, to_map, index, found)
@@ -193,8 +208,7 @@ def _look_up(
             is_on_map = (column >= 0.0) & (column < n_columns) & (row >= 0.0) & (row < n_rows)
             index[u] = np.int32(row) * width + np.int32(column) if is_on_map else np.int32(-1)
         for u in range(len(x)):
-            if index[u] >= 0:
-                found[v, u] = flat[index[u]]
+            found[v, u] = flat[index[u]] if index[u] >= 0 else -np.inf
 
 
 def ends(values: Array, share: float = 0.01) -> tuple[float, float]:

@@ -6,12 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.segmentation.planes import Mask, Plane, find_supports, horizontal_axes, noise_band
-from curiosight.segmentation.points import Points, ends, look_up, median
+from curiosight.segmentation.footprint import above_footprint, largest_piece
+from curiosight.segmentation.planes import (
+    Mask,
+    Plane,
+    find_supports,
+    horizontal_axes,
+    mask_of,
+    noise_band,
+)
+from curiosight.segmentation.points import Points, ends, median
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
 from curiosight.segmentation.table_map import MARGIN, MIN_TABLE_AREA, MIN_TABLE_DIAGONAL
 
@@ -61,6 +68,14 @@ class KnownTable:
     carries_objects: bool = True
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Level:
+    """A plane and its height over the camera in metres, where it was seen."""
+
+    plane: Plane
+    height: float
+
+
 def choose_supports(
     points: Points,
     up: Array,
@@ -82,11 +97,12 @@ def choose_supports(
     if camera_height is None:
         ordered = sorted(large, key=lambda plane: -plane.offset)
         tables = ordered if scene == "table" else ordered[1:]
-        floors = [Support(p, settings.floor, p.distance(points.xyz)) for p in ordered[:1]]
+        floors = [Support(p, settings.floor, p.distances(points)) for p in ordered[:1]]
         return floors[: len(ordered) - len(tables)] + [_table(points, p, settings) for p in tables]
-    floor = _plane_at(points, up, planes, camera_height, settings.noise, SAME_HEIGHT)
+    levels = [_Level(plane, _height(points, plane.inliers, up)) for plane in planes]
+    floor = _plane_at(points, up, levels, camera_height, settings.noise, SAME_HEIGHT)
     known = [
-        _known_support(points, up, planes, table, settings)
+        _known_support(points, up, levels, table, settings)
         for table in known_tables
         if np.count_nonzero(table.inset > -MARGIN) >= 50
     ]
@@ -96,31 +112,31 @@ def choose_supports(
         if plane.offset < floor.offset - SAME_HEIGHT and not _is_covered(plane, known)
     ]
     tables_in_view = sorted([*known, *new], key=lambda support: -support.plane.offset)
-    return [Support(floor, settings.floor, floor.distance(points.xyz)), *tables_in_view]
+    return [Support(floor, settings.floor, floor.distances(points)), *tables_in_view]
 
 
 def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
-    heights = plane.distance(points.xyz)
+    heights = plane.distances(points)
     return Support(plane, settings.table, heights, above_footprint(points, plane))
 
 
 def _known_support(
     points: Points,
     up: Array,
-    planes: list[Plane],
+    levels: list[_Level],
     table: KnownTable,
     settings: SegmentationSettings,
 ) -> Support:
     """Return a known table as this frame shows it: where it shows the top, that is sharper."""
     extent, core = table.inset > -MARGIN, table.inset > 0.25
-    plane = _plane_at(points, up, planes, table.offset, settings.noise, 0.06, extent)
+    plane = _plane_at(points, up, levels, table.offset, settings.noise, 0.06, extent)
     if np.count_nonzero(plane.inliers & extent) >= 50:
         shown = above_footprint(points, plane)
         if np.count_nonzero(plane.inliers & extent & shown) >= 50:
             extent, core = extent | shown, core | shown
     # A sofa's arms are wider than the board of a table is beyond its legs.
     skirt = table.inset > (-0.15 if table.carries_objects else -0.25)
-    heights = plane.distance(points.xyz)
+    heights = plane.distances(points)
     return Support(plane, settings.table, heights, extent, core, skirt, table.carries_objects)
 
 
@@ -132,14 +148,14 @@ def _is_covered(plane: Plane, tables: list[Support]) -> bool:
 
 def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> list[Plane]:
     """Return the horizontal planes within range, whatever they are, largest first."""
-    band = noise_band(points, PLANE_BAND, settings.noise)
+    band = noise_band(points.depth, PLANE_BAND, settings.noise)
     return find_supports(points, up, band=band, max_range=settings.max_range)
 
 
 def share_below(points: Points, plane: Plane) -> float:
     """Return the share of the points with a reading that lie clearly below a plane."""
     # A point without a reading compares false.
-    is_below = plane.distance(points.xyz) + 0.10 + 0.02 * points.depth**2 < 0
+    is_below = -plane.distances(points) > noise_band(points.depth, 0.10, 0.02)
     n_seen = np.count_nonzero(np.isfinite(points.depth))
     return float(np.count_nonzero(is_below)) / n_seen
 
@@ -151,7 +167,7 @@ def _area(points: Points, plane: Plane) -> float:
 def _is_large(points: Points, plane: Plane, up: Array) -> bool:
     if _area(points, plane) < MIN_TABLE_AREA:
         return False
-    piece = _largest_piece(plane.inliers)
+    piece = largest_piece(plane.inliers)
     if float(points.area[piece].sum()) < MIN_TABLE_AREA:
         return False
     xyz = points.xyz_at(np.flatnonzero(piece))
@@ -176,7 +192,7 @@ def _within(points: Points, plane: Plane, extent: Mask, up: Array) -> Plane:
 def _plane_at(
     points: Points,
     up: Array,
-    planes: list[Plane],
+    levels: list[_Level],
     offset: float,
     noise: float,
     tolerance: float,
@@ -184,58 +200,20 @@ def _plane_at(
 ) -> Plane:
     """Return the plane at a known height: as seen, else through the few level points near it.
 
-    planes: largest first. tolerance: metres that a seen plane may be off.
+    levels: largest first. tolerance: metres that a seen plane may be off.
     extent: (h, w) bool, where to look; None = everywhere.
     """
+    for level in levels:
+        if abs(level.height + offset) < tolerance:
+            if extent is None:
+                return level.plane
+            if np.count_nonzero(level.plane.inliers & extent) >= 50:
+                return _within(points, level.plane, extent, up)
+    where = np.arange(points.depth.size) if extent is None else np.flatnonzero(extent)
     vertical = up.astype(np.float32)
-    for plane in planes:
-        is_there = extent is None or np.count_nonzero(plane.inliers & extent) >= 50
-        if is_there and abs(_height(points, plane.inliers, vertical) + offset) < tolerance:
-            return plane if extent is None else _within(points, plane, extent, up)
-    heights = points.xyz @ vertical
-    inliers = np.abs(heights + offset) < noise_band(points, 0.06, noise)
-    inliers &= points.normals @ vertical > 0.9
-    if extent is not None:
-        inliers &= extent
-    near = heights[inliers]
+    heights = points.xyz_at(where) @ vertical
+    is_near = np.abs(heights + offset) < noise_band(points.depth.take(where), 0.06, noise)
+    is_near &= points.normals_at(where) @ vertical > 0.9
+    near = heights[is_near]
+    inliers = mask_of(where[is_near], points.depth.shape)
     return Plane(up, -median(near) if len(near) >= 30 else offset, inliers)
-
-
-def above_footprint(
-    points: Points, plane: Plane, *, margin: float = 0.05, cell: float = 0.02
-) -> Mask:
-    """(h, w) bool: points straight above or below the convex hull of the plane's largest piece.
-
-    margin: metres around the hull.
-    """
-    largest = _largest_piece(plane.inliers)
-    if not largest.any():
-        return largest
-    inner = cv2.erode(largest.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    axes = np.stack(horizontal_axes(plane.normal), axis=1)
-    outline = points.xyz_at(np.flatnonzero(largest & ~inner))
-    places = np.ascontiguousarray(outline @ axes.astype(np.float32))
-    hull = cv2.convexHull(places).reshape(-1, 2)
-    low = hull.min(axis=0) - 2 * margin
-    width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
-    drawn = np.zeros((height, width), np.float32)
-    cv2.fillConvexPoly(drawn, np.round((hull - low) / cell).astype(np.int32), 1.0)
-    reach = 2 * round(margin / cell) + 1
-    drawn = cv2.dilate(drawn, np.ones((reach, reach), np.uint8)).astype(np.float32)
-    # The hull was drawn at the nearest corners of cells, so a cell is around its corner.
-    corner = (low - cell / 2).astype(np.float64)
-    return np.asarray(look_up(drawn, points, axes, corner, cell) > 0)
-
-
-def _largest_piece(inliers: Mask) -> Mask:
-    largest = np.zeros(inliers.shape, np.bool_)
-    if not inliers.any():
-        return largest
-    left, top, width, height = cv2.boundingRect(inliers.view(np.uint8))
-    inside = inliers[top : top + height, left : left + width]
-    grown = cv2.copyMakeBorder(inside.view(np.uint8), 2, 2, 2, 2, cv2.BORDER_CONSTANT)
-    _, piece = cv2.connectedComponents(cv2.dilate(grown, np.ones((5, 5), np.uint8)))
-    sizes = np.bincount(piece.ravel())
-    is_largest = piece[2:-2, 2:-2] == 1 + int(np.argmax(sizes[1:]))
-    largest[top : top + height, left : left + width] = inside & is_largest
-    return largest

@@ -153,7 +153,7 @@ def _walls(
             rotation.T @ up,
             free=(points.depth < settings.max_range) & (heights > 0.05),
             over_tables=over_tables,
-            band=noise_band(points, PLANE_BAND, settings.noise),
+            band=noise_band(points.depth, PLANE_BAND, settings.noise),
             border=np.zeros(heights.shape, np.bool_),
             min_diagonal=settings.min_wall_diagonal,
         )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -56,15 +57,29 @@ class Table:
     inset: npt.NDArray[np.float32]
     carries_objects: bool = True
 
+    def is_in_view(self, points: Points, T_world_camera: Pose, max_range: float) -> bool:
+        """Tell whether points up to a range in metres could be over or under the table's map."""
+        seen = np.concatenate([np.zeros((1, 3)), max_range * points.corner_rays()])
+        axes, corner = self._in_camera(T_world_camera)
+        pyramid = cv2.convexHull((seen @ axes - corner).astype(np.float32))
+        rows, columns = self.inset.shape
+        outline = [[0, 0], [columns, 0], [columns, rows], [0, rows]]
+        window = np.array(outline, np.float32) * np.float32(CELL)
+        return bool(cv2.intersectConvexConvex(pyramid, window)[0] > 0)
+
     def inset_of(self, points: Points, T_world_camera: Pose) -> Array:
         """(h, w) metres that points lie inside the outline, seen from above.
 
         -inf far from the table and where a point has no reading.
         """
-        axes = T_world_camera[:3, :3].T @ self.axes
-        corner = self.low - T_world_camera[:3, 3] @ self.axes
+        axes, corner = self._in_camera(T_world_camera)
         found: Array = look_up(self.inset, points, axes, corner, CELL)
         return found
+
+    def _in_camera(self, T_world_camera: Pose) -> tuple[Array, Array]:
+        """Return the map's axes and its corner along them, in the camera's frame."""
+        axes = T_world_camera[:3, :3].T @ self.axes
+        return axes, self.low - T_world_camera[:3, 3] @ self.axes
 
 
 def map_tables(level: Array, seen: Array, up: Array, floor: float) -> tuple[Table, ...]:

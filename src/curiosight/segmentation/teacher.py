@@ -8,7 +8,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Camera, Frame, Label
+from curiosight.frame import Frame, Label
+from curiosight.segmentation.background import border_mask, on_supports, on_walls
 from curiosight.segmentation.objects import find_objects
 from curiosight.segmentation.planes import Mask, noise_band
 from curiosight.segmentation.points import Points, observe_points, spread
@@ -21,8 +22,9 @@ from curiosight.segmentation.supports import (
     share_below,
 )
 from curiosight.segmentation.survey import Survey
+from curiosight.segmentation.things import Surroundings
 from curiosight.segmentation.up import ups_from_normals
-from curiosight.segmentation.verdicts import Cluster, Surroundings, Verdict
+from curiosight.segmentation.verdicts import Cluster, Verdict
 from curiosight.segmentation.wall_map import moved, recognise
 from curiosight.segmentation.walls import Wall, find_walls
 
@@ -94,14 +96,12 @@ class Teacher:
             return self._nothing(frame, "no support plane is in view")
         in_range = points.depth <= self.settings.max_range
         border = border_mask(frame.camera, points.stride, self.settings.border_px)
-        is_support = in_range & _on_supports(points, supports, self.settings.noise)
+        is_support = in_range & on_supports(points, supports, self.settings.noise)
         walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
         around = Surroundings(points, supports, walls, border, self.settings)
         number, clusters = find_objects(in_range & ~is_support & ~is_wall, around)
-        is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in clusters])
-        labels = np.full(points.depth.shape, Label.UNKNOWN, np.uint8)
+        labels = _label_of(clusters).take(number)
         labels[is_support | is_wall] = Label.NOT_SALIENT
-        labels[is_object[number]] = Label.SALIENT
         labels, number = _at_full_size(labels, number, points, frame.depth, self.settings.max_range)
         return Segmentation(labels, number, tuple(clusters), tuple(supports), tuple(walls))
 
@@ -129,6 +129,7 @@ class Teacher:
                 )
                 for table in self.survey.tables
                 if camera_height is not None
+                and table.is_in_view(points, pose, self.settings.max_range)
             ]
             return choose_supports(
                 points,
@@ -158,9 +159,9 @@ class Teacher:
             rotation = pose[:3, :3].T
             known = [moved(wall, rotation, -rotation @ pose[:3, 3]) for wall in self.survey.walls]
             known = [wall for wall in known if wall.offset > 0]  # the camera is before it
-        band = noise_band(points, PLANE_BAND, noise)
+        band = noise_band(points.depth, PLANE_BAND, noise)
         known = recognise(points, known, free=free, band=band)
-        is_known = _on_walls(points, known, free, noise)
+        is_known = on_walls(points, known, free, noise)
         over_tables = np.zeros(free.shape, np.bool_)
         for support in supports[1:]:
             if support.extent is not None:
@@ -176,7 +177,13 @@ class Teacher:
             min_diagonal=self.settings.min_wall_diagonal,
             min_cut_diagonal=self.settings.min_cut_wall_diagonal,
         )
-        return known + new, is_known | _on_walls(points, new, free & ~is_known, noise)
+        return known + new, is_known | on_walls(points, new, free & ~is_known, noise)
+
+
+def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:
+    """Return the label of what is in no cluster, and of each cluster."""
+    are_objects = [cluster.verdict is Verdict.OBJECT for cluster in clusters]
+    return np.where([False, *are_objects], Label.SALIENT, Label.UNKNOWN).astype(np.uint8)
 
 
 def _problem_of(frame: Frame) -> str | None:
@@ -185,63 +192,23 @@ def _problem_of(frame: Frame) -> str | None:
         return frame.problem
     if frame.depth is None or frame.camera is None:
         return "the frame has no depth"
-    return None if np.isfinite(frame.depth).any() else "the depth image has no reading"
+    # One reading is enough, and mostly in the first rows.
+    has_reading = any(np.isfinite(row).any() for row in frame.depth)
+    return None if has_reading else "the depth image has no reading"
 
 
 def _at_full_size(
     labels: Array, number: Array, points: Points, depth: Array, max_range: float
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
     """Return labels and numbers of clusters per pixel of the image; far ones are unavailable."""
-    both = (number.astype(np.int32) << 8) | labels
     full = spread(
-        both.ravel(),
+        (number << 8) | labels,
         points.depth,
         depth,
         points.stride,
         max_depth=max_range,
         beyond=Label.UNAVAILABLE,
     )
-    return full.astype(np.uint8), (full >> 8).astype(np.uint16)
-
-
-def _on_supports(points: Points, supports: list[Support], noise: float) -> Mask:
-    """(h, w) bool: within the slab of a support, if known where it is, and facing up."""
-    found = np.zeros(points.depth.shape, np.bool_)
-    for support in supports:
-        on = np.abs(support.heights) < noise_band(points, support.settings.slab, noise)
-        if support.core is not None and support.extent is not None:
-            # Another thing may be as high as a table elsewhere, such as a seat.
-            on &= support.extent
-        where = np.flatnonzero(on & ~found)
-        facing = points.normals_at(where) @ support.plane.normal.astype(np.float32)
-        # An unknown normal compares false: near an edge the height alone decides.
-        found.ravel()[where[~(np.abs(facing) < 0.7)]] = True
-    return found
-
-
-def _on_walls(points: Points, walls: list[Wall], free: Mask, noise: float) -> Mask:
-    """(h, w) bool: free, within the band of a wall that this frame shows, and not facing away."""
-    found = np.zeros(points.depth.shape, np.bool_)
-    band = noise_band(points, 0.04, 2 * noise)
-    for wall in walls:
-        if wall.inliers.any():
-            near = wall.near(points, free, band)
-            facing = points.normals_at(near) @ wall.normal.astype(np.float32)
-            found.ravel()[near[~(np.abs(facing) < 0.7)]] = True
-    return found
-
-
-def border_mask(camera: Camera, stride: int, border_px: int, outline_px: int = 4) -> Mask:
-    """(h, w) bool on the grid: the image's frame, and what the depth sensor's view leaves out.
-
-    The view is the sensor's whole rectangle (`Camera.depth_window`), less `outline_px`, within
-    which registration can shift it: holes and shadows inside it are no border.
-    """
-    rows, columns = np.arange(0, camera.height, stride), np.arange(0, camera.width, stride)
-    window = camera.depth_window or (0, 0, camera.width, camera.height)
-    u_min, v_min = (max(border_px, low + outline_px) for low in window[:2])
-    u_max = min(camera.width - border_px, window[2] - outline_px)
-    v_max = min(camera.height - border_px, window[3] - outline_px)
-    is_inside = ((rows >= v_min) & (rows < v_max))[:, None]
-    border: Mask = ~(is_inside & (columns >= u_min) & (columns < u_max))
-    return border
+    full_number = np.empty(full.shape, np.uint16)
+    np.right_shift(full, 8, out=full_number, casting="unsafe")
+    return full.astype(np.uint8), full_number

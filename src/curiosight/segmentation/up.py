@@ -37,32 +37,31 @@ def ups_from_normals(
     max_candidates: int = 3,
 ) -> Iterator[Array]:
     """Yield what may be up as `up_from_normals` does, then what the remaining surface faces."""
-    weights = np.where(np.isfinite(normals[:, 0]), area, 0).astype(np.float64)
-    total = weights.sum()
-    inside = (normals @ prior.astype(normals.dtype) > np.cos(max_angle)) & (weights > 0)
-    chosen = np.flatnonzero(inside)
-    normals, weights = normals.take(chosen, axis=0).astype(np.float64), weights.take(chosen)
+    total = area.sum()
+    inside = np.flatnonzero(normals @ prior.astype(normals.dtype) > np.cos(max_angle))
+    normals, area = normals.take(inside, axis=0), area.take(inside)
     for _ in range(max_candidates):
-        if total == 0 or weights.sum() < 0.02 * total:
+        if total == 0 or area.sum() < 0.02 * total:
             return
-        up = _densest(normals, weights, prior)
+        up = _densest(normals, area, prior)
         for width in np.radians((12, 8, 5)):
-            near = np.flatnonzero(normals @ up > np.cos(width))
-            mean = weights.take(near) @ normals.take(near, axis=0)
+            near = np.flatnonzero(normals @ up.astype(normals.dtype) > np.cos(width))
+            mean = area.take(near) @ normals.take(near, axis=0).astype(np.float64)
             up = mean / np.linalg.norm(mean)
         yield up
-        others = np.flatnonzero(normals @ up < np.cos(np.radians(15)))
-        normals, weights = normals.take(others, axis=0), weights.take(others)
+        others = np.flatnonzero(normals @ up.astype(normals.dtype) < np.cos(np.radians(15)))
+        normals, area = normals.take(others, axis=0), area.take(others)
 
 
-def _densest(normals: Array, weights: Array, prior: Array, step: float = 0.07) -> Array:
+def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> Array:
     """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
     side = np.cross(prior, [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     other = np.cross(prior, side)
-    a, b = normals @ side, normals @ other
-    rows, columns = (np.floor(x / step).astype(np.int64) + 16 for x in (a, b))
-    votes = np.bincount(rows * 33 + columns, weights, minlength=33 * 33).reshape(33, 33)
+    # No component is below -1, so that all cells are positive and truncated as floors are.
+    places = normals @ (np.stack([side, other], axis=1) / step).astype(normals.dtype) + 16
+    rows, columns = places.T.astype(np.int64)
+    votes = np.bincount(rows * 33 + columns, area, minlength=33 * 33).reshape(33, 33)
     smooth = votes.copy()
     smooth[1:] += votes[:-1]
     smooth[:-1] += votes[1:]

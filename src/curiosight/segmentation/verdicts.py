@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ import numpy.typing as npt
 
 from curiosight.segmentation.planes import Mask
 from curiosight.segmentation.points import Points, ends
-from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import Support
+from curiosight.segmentation.things import Surroundings, Thing
 from curiosight.segmentation.walls import Wall
 
 Array = npt.NDArray[Any]
@@ -52,76 +53,68 @@ class Cluster:
     support_height: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What clusters are judged against.
-
-    supports: lowest first. border: (h, w) bool, what no object may touch.
-    """
-
-    points: Points
-    supports: list[Support]
-    walls: list[Wall]
-    border: Mask
-    settings: SegmentationSettings
-
-
-def judge(
-    cluster: Cluster, members: Array, stands: bool, support: Support, around: Surroundings
-) -> Verdict:
-    """Apply the paper's tests; the first that fails names the verdict.
-
-    members: flat indices of its points. stands: whether it reaches down to its support.
-    """
-    limits = support.settings
-    diagonal = float(np.linalg.norm(cluster.size))
-    depth = around.points.depth.ravel()[members]
-    if is_cut(members, around.border):
+def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
+    """Apply the paper's tests to a thing on a support; the first that fails names the verdict."""
+    limits, settings = support.settings, around.settings
+    if thing.is_cut:
         return Verdict.CUT
-    if diagonal < limits.min_size:
+    if hypot(*thing.size) < limits.min_size:
         return Verdict.SMALL
-    if diagonal > limits.max_size or np.hypot(*cluster.size[:2]) > limits.max_width:
+    if hypot(*thing.size) > limits.max_size or hypot(*thing.size[:2]) > limits.max_width:
         return Verdict.LARGE
-    _, high = ends(support.heights.ravel()[members], 0.1)
-    if high > limits.max_size:
+    if thing.top > limits.max_size:
         return Verdict.HIGH
-    if any(_is_part_of_table(table, members, support) for table in around.supports):
+    if any(_is_part_of_table(table, thing, support) for table in around.supports):
         return Verdict.FURNITURE
-    if np.count_nonzero(depth > around.settings.max_range - 0.05) > 5:
+    depth = around.points.depth.take(thing.members)
+    if np.count_nonzero(depth > settings.max_range - 0.05) > 5:
         return Verdict.FAR
-    xyz = around.points.xyz_at(members)
-    if any(_is_part_of_wall(wall, members, xyz, support, around) for wall in around.walls):
+    xyz = around.points.xyz_at(thing.members)
+    walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
+    if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
         return Verdict.WALL_PART
-    noise = around.settings.noise * cluster.distance**2
-    if high < 2 * (limits.slab + noise):
+    if thing.top < 2 * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
-    return Verdict.OBJECT if stands else Verdict.FLOATING
+    return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
 
-def is_cut(members: Array, border: Mask, *, max_share: float = 0.02) -> bool:
-    """Tell whether a cluster touches the border, by more than stray points beside it."""
-    n_cut = int(np.count_nonzero(border.ravel()[members]))
-    return n_cut > max_share * len(members)
-
-
-def _is_part_of_table(table: Support, members: Array, support: Support) -> bool:
-    """Tell whether a cluster on the floor is a seat's cushion or arm, or a table's leg or apron.
+def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
+    """Tell whether a thing on the floor is a seat's cushion or arm, or a table's leg or apron.
 
     Those end at the table's top, or are hidden above; the map may know only a part of the top.
     """
     if support.is_table or table.extent is None or table.skirt is None:
         return False
-    share = np.mean(table.skirt.ravel()[members])
+    share = _share_in(table.skirt, thing)
     if not table.carries_objects:
-        return bool(share > 0.7 or np.mean(table.extent.ravel()[members]) > 0.03)
-    top = ends(table.heights.ravel()[members], 0.02)[1]
-    return bool((share > 0.7 and -0.5 < top < 0.05) or (share > 0.2 and abs(top) < 0.05))
+        return share > 0.7 or _share_in(table.extent, thing) > 0.03
+    if share <= 0.2:
+        return False
+    top = ends(table.heights.take(thing.members), 0.02)[1]
+    return abs(top) < 0.05 or (share > 0.7 and -0.5 < top < 0.05)
+
+
+def _share_in(mask: Mask, thing: Thing) -> float:
+    return np.count_nonzero(mask.take(thing.members)) / len(thing.members)
+
+
+def _walls_at(xyz: Array, walls: list[Wall], gap: float) -> list[Wall]:
+    """Return the walls that the box around (n, 3) points is not before by more than a gap."""
+    if not walls:
+        return []
+    # NumPy finds the least of a row much faster than that of a column.
+    places = np.ascontiguousarray(xyz.T)
+    low, high = places.min(axis=1), places.max(axis=1)
+    normals = np.array([wall.normal for wall in walls])
+    offsets = np.array([wall.offset for wall in walls])
+    nearest = normals @ (low + high) / 2 - np.abs(normals) @ (high - low) / 2 + offsets
+    return [wall for wall, distance in zip(walls, nearest, strict=True) if distance <= gap]
 
 
 def _is_part_of_wall(
-    wall: Wall, members: Array, xyz: Array, support: Support, around: Surroundings
+    wall: Wall, thing: Thing, xyz: Array, support: Support, around: Surroundings
 ) -> bool:
-    """Tell whether a cluster hangs on a wall, or is round its corner.
+    """Tell whether a thing hangs on a wall, or is round its corner; xyz: (n, 3) of its members.
 
     On the floor nothing stands as close to a wall as a radiator, or a curtain.
     """
@@ -132,7 +125,7 @@ def _is_part_of_wall(
         if 2 * np.count_nonzero(gap < around.settings.wall_gap) > len(xyz):
             return True
         # Seen through a window, not through a door.
-        floats = ends(support.heights.ravel()[members], 0.1)[0] > 0.3
+        floats = thing.bottom > 0.3
         if not support.is_table and floats and 2 * np.count_nonzero(distance < 0) > len(xyz):
             return True
         if not support.is_table and ends(gap, 0.05)[1] < 2 * around.settings.wall_gap:
@@ -140,7 +133,7 @@ def _is_part_of_wall(
     # The other face lies behind.
     if 2 * n_behind < len(xyz) or not wall.inliers.any():
         return False
-    return _turns_corner(around.points, members, wall)
+    return _turns_corner(around.points, thing.members, wall)
 
 
 def _turns_corner(points: Points, members: Array, wall: Wall, *, reach: int = 6) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -58,8 +59,13 @@ def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array)
     `noise_band`. Where a frame shows little of a wall, it has no inliers and stays as it was.
     """
     found = []
+    nothing = np.zeros(free.shape, np.bool_)
+    wide_band = 0.06 + band
     for wall in walls:
-        near = wall.near(points, free, 0.06 + band)
+        if not _is_in_view(points, wall):
+            found.append(replace(wall, inliers=nothing))
+            continue
+        near = wall.near(points, free, wide_band)
         near = near[points.normals_at(near) @ wall.normal.astype(np.float32) > 0.85]
         inliers = np.zeros(free.shape, np.bool_)
         fit = fit_plane(points.xyz_at(near), band.take(near) + 0.02, wall.normal, wall.offset)
@@ -68,3 +74,17 @@ def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array)
             wall = replace(wall, normal=fit[0], offset=fit[1])
         found.append(replace(wall, inliers=inliers))
     return found
+
+
+def _is_in_view(points: Points, wall: Wall, *, margin: float = 0.3) -> bool:
+    """Tell whether some of a wall, or what is within a margin in metres of it, may be in view."""
+    ends = np.array([wall.low - margin, wall.high + margin])
+    along, up = wall.axes.T
+    corners = [
+        ends[i, 0] * along + ends[j, 1] * up - (wall.offset + side) * wall.normal
+        for i, j, side in product((0, 1), (0, 1), (-margin, margin))
+    ]
+    x, y, z = np.transpose(corners)
+    left, right, top, bottom = points.x[0], points.x[-1], points.y[0], points.y[-1]
+    inside = (z, x - left * z, right * z - x, y - top * z, bottom * z - y)
+    return all(distance.max() > 0 for distance in inside)

@@ -12,21 +12,19 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from curiosight.segmentation.headings import Headings
 from curiosight.segmentation.planes import (
     Mask,
     Plane,
     Surface,
+    facing,
     fit_plane,
-    horizontal_axes,
     mask_of,
 )
 from curiosight.segmentation.points import Points, ends
 
 Array = npt.NDArray[Any]
 
-SECTOR = np.radians(3.0)
-N_SECTORS = 120
-ROW = 0.05
 # Pieces of one wall are no farther apart than this, metres.
 MAX_GAP = 0.45
 
@@ -128,15 +126,15 @@ def find_walls(
     border: (h, w) bool; what touches it needs no more than `min_cut_diagonal`.
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
-    vertical = free & (np.abs(points.normals @ up.astype(np.float32)) < max_cosine)
+    vertical = facing(points, up, -max_cosine, max_cosine, free)
     rest = Surface.gather(points, band, vertical)
-    headings = _Headings(rest, up)
+    headings = Headings(rest, points.normals_at(rest.where), up)
     walls: list[Wall] = []
     for _ in range(2 * max_walls):
         normal, offset, peak_area = headings.peak(rest.area)
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
-        face, is_used = _fit_face(rest, up, normal, offset)
+        face, is_used = _fit_face(points, rest, up, normal, offset)
         is_rest = ~is_used
         rest = rest.part(is_rest)
         headings.keep(is_rest)
@@ -191,14 +189,17 @@ class _Face:
         return Wall(self.normal, self.offset, inliers, self.axes, low, high)
 
 
-def _fit_face(rest: Surface, up: Array, normal: Array, offset: float) -> tuple[_Face | None, Mask]:
+def _fit_face(
+    points: Points, rest: Surface, up: Array, normal: Array, offset: float
+) -> tuple[_Face | None, Mask]:
     """Fit a vertical plane near a first guess, and cut it to its longest run.
 
     Return the face, None where there is none, and which of the points are used up.
     """
     direction = normal.astype(np.float32)
     is_near = np.abs(rest.xyz @ direction + offset) < 0.08 + rest.band
-    is_near &= rest.normals @ direction > 0.85
+    chosen = np.flatnonzero(is_near)
+    is_near[chosen] = points.normals_at(rest.where.take(chosen)) @ direction > 0.85
     near = rest.part(is_near)
     fit = fit_plane(near.xyz, near.band + 0.02, normal, offset)
     if fit is None or abs(fit[0] @ up) > 0.15:
@@ -232,35 +233,3 @@ def _longest_run(along: Array, area: Array, *, cell: float = 0.05) -> tuple[floa
     best = int(np.argmax(np.bincount(run_of_cell[index], area)))
     chosen = along[run_of_cell[index] == best]
     return float(chosen.min()), float(chosen.max())
-
-
-class _Headings:
-    """The histogram of vertical surface over heading (3°) and distance (5 cm)."""
-
-    def __init__(self, surface: Surface, up: Array) -> None:
-        self._right, self._forward = horizontal_axes(up)
-        axes = np.stack([self._right, self._forward], axis=1).astype(np.float32)
-        x, y = (surface.xyz @ axes).T
-        heading = np.arctan2(*(surface.normals @ axes).T)
-        sector = np.minimum(((heading + np.pi) / SECTOR).astype(np.int64), N_SECTORS - 1)
-        centre = ((np.arange(N_SECTORS) + 0.5) * SECTOR - np.pi).astype(np.float32)
-        along = np.sin(centre)[sector] * x + np.cos(centre)[sector] * y
-        self._low = float(along.min()) if len(along) else 0.0
-        row = ((along - self._low) / ROW).astype(np.int64)
-        self._n_rows = int(row.max()) + 1 if len(row) else 1
-        self._cell = sector * self._n_rows + row
-
-    def keep(self, is_kept: Mask) -> None:
-        """Forget the points that are not to be kept, (n,) bool."""
-        self._cell = self._cell[is_kept]
-
-    def peak(self, weights: Array) -> tuple[Array, float, float]:
-        """Return normal, offset and weight of the heaviest wall: 3 sectors by 2 rows."""
-        votes = np.bincount(self._cell, weights, minlength=N_SECTORS * self._n_rows)
-        votes = votes.reshape(N_SECTORS, self._n_rows)
-        votes[:, 1:] += votes[:, :-1]
-        votes = votes + np.roll(votes, 1, axis=0) + np.roll(votes, -1, axis=0)
-        sector, row = np.unravel_index(int(np.argmax(votes)), votes.shape)
-        angle = (sector + 0.5) * SECTOR - np.pi
-        normal = np.sin(angle) * self._right + np.cos(angle) * self._forward
-        return normal, -(self._low + row * ROW), float(votes[sector, row])

@@ -1,0 +1,50 @@
+"""How far a table that a frame shows reaches."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
+from curiosight.segmentation.points import Points, look_up
+
+
+def above_footprint(
+    points: Points, plane: Plane, *, margin: float = 0.05, cell: float = 0.02
+) -> Mask:
+    """(h, w) bool: points straight above or below the convex hull of the plane's largest piece.
+
+    margin: metres around the hull.
+    """
+    largest = largest_piece(plane.inliers)
+    if not largest.any():
+        return largest
+    inner = cv2.erode(largest.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    axes = np.stack(horizontal_axes(plane.normal), axis=1)
+    outline = points.xyz_at(np.flatnonzero(largest & ~inner))
+    places = np.ascontiguousarray(outline @ axes.astype(np.float32))
+    hull = cv2.convexHull(places).reshape(-1, 2)
+    low = hull.min(axis=0) - 2 * margin
+    width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
+    drawn = np.zeros((height, width), np.float32)
+    cv2.fillConvexPoly(drawn, np.round((hull - low) / cell).astype(np.int32), 1.0)
+    reach = 2 * round(margin / cell) + 1
+    drawn = cv2.dilate(drawn, np.ones((reach, reach), np.uint8)).astype(np.float32)
+    # The hull was drawn at the nearest corners of cells, so a cell is around its corner.
+    corner = (low - cell / 2).astype(np.float64)
+    return np.asarray(look_up(drawn, points, axes, corner, cell) > 0)
+
+
+def largest_piece(inliers: Mask) -> Mask:
+    """(h, w) bool: the largest part of a plane's inliers that has no gap of 5 points."""
+    largest = np.zeros(inliers.shape, np.bool_)
+    if not inliers.any():
+        return largest
+    left, top, width, height = cv2.boundingRect(inliers.view(np.uint8))
+    inside = inliers[top : top + height, left : left + width]
+    grown = cv2.copyMakeBorder(inside.view(np.uint8), 2, 2, 2, 2, cv2.BORDER_CONSTANT)
+    grown = cv2.dilate(grown, np.ones((5, 5), np.uint8))
+    _, piece, found, _ = cv2.connectedComponentsWithStats(grown)
+    is_largest = piece[2:-2, 2:-2] == 1 + int(np.argmax(found[1:, cv2.CC_STAT_AREA]))
+    largest[top : top + height, left : left + width] = inside & is_largest
+    return largest
