@@ -18,11 +18,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from teacher import TeacherCounts, teacher_counts, write_sheet
+from teacher import write_sheet
 
 from curiosight import load_config, make_teacher
 from curiosight.baselines import fine_grained, spectral_residual
-from curiosight.evaluation import MapScores
+from curiosight.evaluation import MapScores, TeacherCounts, score_frame
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.worlds.rooms.room import draw_room
@@ -72,7 +72,8 @@ def score_views(views: RoomViews, sheets: Path | None) -> dict[str, TeacherCount
         look = views.look(index)
         segmentation = teacher.segment(look.frame)
         near = look.true_depth <= max_range
-        counts[f"{views.path} {id}"] = teacher_counts(segmentation.labels, look.truth, counted=near)
+        scored = score_frame(look.frame, segmentation, look.truth, counted=near)
+        counts[f"{views.path} {id}"] = scored.counts
         if sheets:
             path = sheets / f"{settings.sensor}-{settings.seed}-{id}.png"
             write_sheet(path, look.frame, look.truth, segmentation)

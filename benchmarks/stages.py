@@ -21,8 +21,7 @@ import numpy as np
 from sklearn.ensemble import RandomForestClassifier
 
 import curiosight as cs
-from curiosight.experiments.components import make_learner, make_teacher
-from curiosight.learner import fit_labels
+from curiosight.experiments.timing import Timing, processor
 
 RESULTS = Path(__file__).parent / "results" / "stages.json"
 
@@ -43,26 +42,15 @@ def time_preset(
 ) -> dict[str, dict[str, float]]:
     """Time the learner of a preset with a full buffer."""
     config = cs.load_config(preset, overrides={"run.n_threads": 1})
-    teacher = make_teacher(config, dataset)
-    learner = make_learner(config, teacher)
-    described = [learner.describe(frame.rgb) for frame in frames]
-    labels = [
-        fit_labels(teacher.segment(frame).labels, description)
-        for frame, description in zip(frames, described, strict=True)
-    ]
-    pairs = list(zip(described, labels, strict=True))
-    rows, is_salient = zip(*(learner.sample(*pair) for pair in pairs), strict=True)
-    copies = -(-config.forest.max_samples // sum(map(len, rows)))
-    all_rows, all_salient = np.concatenate(rows * copies), np.concatenate(is_salient * copies)
-    learner.forest.fit(all_rows, all_salient)
-    stages = {
-        "segment": timed(teacher.segment, frames),
-        "describe": timed(lambda frame: learner.describe(frame.rgb), frames),
-        "predict": timed(learner.predict, described),
-        "RGB to map": timed(lambda frame: learner.saliency(frame.rgb), frames),
-        "update, full buffer": timed(lambda pair: learner.learn(*pair), pairs),
-        "whole step": timed(learner.observe, frames),
-    }
+    timing = Timing(config, dataset, n_frames=len(frames))
+    for _ in timing:
+        pass
+    stages = timing.figures()["stages"]
+    learner = timing.learner
+    learner.teacher = timing.teacher
+    stages["RGB to map"] = timed(lambda frame: learner.saliency(frame.rgb), frames)
+    stages["whole step"] = timed(learner.observe, frames)
+    described = [learner.describe(frame.rgb) for frame in frames[:5]]
     return stages | time_scikit_learn(config.forest, learner.forest.rows, learner, described)
 
 
@@ -84,7 +72,7 @@ def time_scikit_learn(
     forest = RandomForestClassifier(settings.n_trees, **options).fit(chosen, labels)
     four = RandomForestClassifier(settings.n_regrown, **options)
     return {
-        "scikit-learn: predict": timed(lambda d: forest.predict_proba(d.rows), described[:5]),
+        "scikit-learn: predict": timed(lambda d: forest.predict_proba(d.rows), described),
         "scikit-learn: 4 trees": timed(lambda _: four.fit(chosen, labels), [0, 1, 2]),
     }
 
@@ -115,15 +103,6 @@ def main() -> None:
             print(f"  {stage:24s} {spent['median_ms']:8.1f} ms, p90 {spent['p90_ms']:.1f}")
     RESULTS.parent.mkdir(exist_ok=True)
     RESULTS.write_text(json.dumps(figures, indent=1) + "\n")
-
-
-def processor() -> str:
-    """Return the processor's name, where the system tells."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.split(":")[1].strip() for line in lines if "model name" in line), "")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
     python benchmarks/teacher.py DATA [--every K] [--sheet DIR]
 
-The frames' first half is for tuning, the second for reporting; both are printed.
+The frames' first half is for tuning, the second for reporting; both are printed. `curiosight
+score-teacher` says more, and counts in the same way.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ import argparse
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.datasets import Dataset, open_dataset
+from curiosight.evaluation import TeacherCounts, teacher_counts
 from curiosight.frame import Frame, Label
 from curiosight.segmentation import Segmentation, Survey, Teacher, Verdict, survey_recording
 
@@ -38,78 +39,6 @@ COLOUR_OF_VERDICT = {
 }
 COLOUR_OF_UNKNOWN = (150, 150, 110)
 N_SURVEYED = 24
-
-
-@dataclass(frozen=True, slots=True)
-class TeacherCounts:
-    """Pixels counted against ground truth; add them up over frames."""
-
-    n_salient: int = 0
-    n_salient_right: int = 0
-    n_whole: int = 0
-    n_whole_found: int = 0
-    n_true: int = 0
-    n_taught: int = 0
-
-    def __add__(self, other: TeacherCounts) -> TeacherCounts:
-        return TeacherCounts(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
-
-    def values(self) -> tuple[int, ...]:
-        return tuple(getattr(self, name) for name in self.__slots__)
-
-    @property
-    def precision(self) -> float:
-        """Share of the pixels labelled salient that are; NaN when none is labelled so."""
-        return _ratio(self.n_salient_right, self.n_salient)
-
-    @property
-    def recall(self) -> float:
-        """Share of the pixels of uncut true objects that are labelled salient."""
-        return _ratio(self.n_whole_found, self.n_whole)
-
-    @property
-    def coverage(self) -> float:
-        """Share of the pixels with a truth that are labelled salient or not salient."""
-        return _ratio(self.n_taught, self.n_true)
-
-
-def teacher_counts(
-    labels: Labels,
-    ground_truth: Labels,
-    *,
-    counted: npt.NDArray[np.bool_] | None = None,
-    border_px: int = 10,
-) -> TeacherCounts:
-    """Compare a teacher's labels with ground truth (255, 0, else ignored) of the same size.
-
-    Recall looks only at true objects (connected components) that keep out of the image's frame
-    of `border_px`: what touches it is unknown on purpose (sec. II-A.2).
-
-    counted: (H, W) the pixels that count, those within some distance, say; None = all.
-    """
-    is_object = ground_truth == 255
-    is_true = is_object | (ground_truth == 0)
-    _, component = cv2.connectedComponents(is_object.astype(np.uint8), connectivity=8)
-    frame = np.ones(labels.shape, np.bool_)
-    frame[border_px:-border_px, border_px:-border_px] = False
-    is_whole = is_object & ~np.isin(component, component[frame])
-    is_salient = labels == Label.SALIENT
-    is_taught = is_salient | (labels == Label.NOT_SALIENT)
-    if counted is not None:
-        is_true, is_whole = is_true & counted, is_whole & counted
-    masks = (
-        is_salient & is_true,
-        is_salient & is_true & is_object,
-        is_whole,
-        is_whole & is_salient,
-        is_true,
-        is_true & is_taught,
-    )
-    return TeacherCounts(*(int(np.count_nonzero(mask)) for mask in masks))
-
-
-def _ratio(part: int, whole: int) -> float:
-    return part / whole if whole else float("nan")
 
 
 def survey(dataset: Dataset) -> Survey:

@@ -10,7 +10,19 @@ import typer
 from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
-from curiosight.cli import demo, evaluate, explore, info, learn, map, propose, render, segment
+from curiosight.cli import (
+    bench,
+    demo,
+    evaluate,
+    explore,
+    info,
+    learn,
+    map,
+    propose,
+    render,
+    score_teacher,
+    segment,
+)
 from curiosight.cli.interrupt import INTERRUPTED
 from curiosight.errors import DataError
 
@@ -55,6 +67,8 @@ app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
 app.command("propose")(propose.propose)
 app.command("render")(render.render)
+app.command("score-teacher")(score_teacher.score_teacher)
+app.command("bench")(bench.bench)
 
 
 def main(arguments: list[str] | None = None) -> None:

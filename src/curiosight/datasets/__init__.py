@@ -10,7 +10,13 @@ from curiosight.datasets.folder import Folder
 from curiosight.datasets.images import Images
 from curiosight.datasets.osd import Osd
 from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset, Entry, KnowsDistances, Recording
+from curiosight.datasets.recording import (
+    Dataset,
+    Entry,
+    KnowsDistances,
+    KnowsInstances,
+    Recording,
+)
 from curiosight.datasets.seven_scenes import SevenScenes
 from curiosight.datasets.tum_rgbd import TumRgbd
 from curiosight.datasets.video import Video
@@ -23,6 +29,7 @@ __all__ = [
     "Folder",
     "Images",
     "KnowsDistances",
+    "KnowsInstances",
     "Osd",
     "Prefetch",
     "Recording",

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Self
+
+import numpy as np
 
 from curiosight.datasets.camera_file import (
     GROUND_TRUTH_VALUES,
@@ -18,8 +21,8 @@ from curiosight.datasets.listing import (
     list_images,
     subfolder,
 )
-from curiosight.datasets.recording import Entry, Recording, image_size
-from curiosight.frame import Camera
+from curiosight.datasets.recording import Entry, InstanceTruth, Recording, image_size
+from curiosight.frame import Camera, Label
 
 COLOUR_FOLDERS = ("image_color", "rgb")
 DEPTH_FOLDERS = ("depth", "disparity")
@@ -55,13 +58,15 @@ class Osd(Recording):
             remarks.append("no camera.json: the usual intrinsics of a Kinect are assumed")
             size = image_size(path, [entry.rgb for entry in entries])
             calibration = CameraFile(scaled_camera(CAMERA, size), MILLIMETRE)
+        self._annotations = _annotations(sequences)
+        self._annotated_values = calibration.labels or OSD_VALUES
         label_values = GROUND_TRUTH_VALUES
         if not any(entry.ground_truth for entry in entries):
             entries = [
                 replace(entry, ground_truth=file)
-                for entry, file in zip(entries, _annotations(sequences), strict=True)
+                for entry, file in zip(entries, self._annotations, strict=True)
             ]
-            label_values = calibration.labels or OSD_VALUES
+            label_values = self._annotated_values
             if calibration.labels is None and any(entry.ground_truth for entry in entries):
                 remarks.append(
                     "annotation is read as 0 background, 1 and more objects; "
@@ -75,6 +80,29 @@ class Osd(Recording):
             label_values=label_values,
             remarks=remarks,
         )
+
+    def instance_truth(self, index: int) -> InstanceTruth | None:
+        """Return (H, W) int32: a number an object, 0 = none, -1 = ignored; None if unknown.
+
+        Raises `DataError` where the annotated image is no good.
+        """
+        path = self._annotations[index]
+        if path is None:
+            return None
+        values = self.read_truth(path)
+        truth = self._annotated_values.to_ground_truth(values)
+        instances = np.where(truth == Label.SALIENT, values, 0).astype(np.int32)
+        instances[truth == Label.UNKNOWN] = -1
+        return instances
+
+    def with_ground_truth(self, folder: Path) -> Self:
+        """Return the same recording with its ground truth read from `folder/<id>.png`.
+
+        Those masks do not tell objects apart.
+        """
+        other = super().with_ground_truth(folder)
+        other._annotations = [None] * len(self)
+        return other
 
 
 def _sequences(path: Path) -> dict[str, Path]:

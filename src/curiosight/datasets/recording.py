@@ -6,7 +6,7 @@ import copy
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, Self, TypeVar, runtime_checkable
+from typing import Any, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 
 GroundTruth = npt.NDArray[np.uint8]
+InstanceTruth = npt.NDArray[np.int32]
 Image = TypeVar("Image", Rgb, Depth)
 
 
@@ -70,6 +71,15 @@ class KnowsDistances(Protocol):
 
     def true_depth(self, index: int) -> Depth:
         """Return (H, W) float32 metres along z, without noise, holes or limit of range."""
+        ...
+
+
+@runtime_checkable
+class KnowsInstances(Protocol):
+    """A dataset whose ground truth may tell one object from another."""
+
+    def instance_truth(self, index: int) -> InstanceTruth | None:
+        """Return (H, W) int32: a number an object, 0 = none, -1 = ignored; None if unknown."""
         ...
 
 
@@ -160,17 +170,7 @@ class Recording:
         Raises `DataError` where the file is damaged or not of the colour image's size.
         """
         path = self.entries[index].ground_truth
-        if path is None:
-            return None
-        try:
-            values = read_grey(path)
-        except UnreadableFile as fault:
-            raise DataError(path, str(fault), "replace or delete it") from None
-        width, height = self.size
-        if values.shape != (height, width):
-            found = f"is {values.shape[1]}x{values.shape[0]}"
-            raise DataError(path, found, f"make it {width}x{height} like the colour images")
-        return self.label_values.to_ground_truth(values)
+        return None if path is None else self.label_values.to_ground_truth(self.read_truth(path))
 
     def with_ground_truth(self, folder: Path) -> Self:
         """Return the same recording with its ground truth read from `folder/<id>.png`."""
@@ -192,6 +192,18 @@ class Recording:
     def read_depth(self, path: Path) -> Depth:
         """Read depth registered to the colour image, (H, W) float32 metres; `UnreadableFile`."""
         return read_depth(path, self.depth_scale)
+
+    def read_truth(self, path: Path) -> npt.NDArray[Any]:
+        """Read an annotated image, (H, W) as stored; `DataError` where it is no good."""
+        try:
+            values = read_grey(path)
+        except UnreadableFile as fault:
+            raise DataError(path, str(fault), "replace or delete it") from None
+        width, height = self.size
+        if values.shape != (height, width):
+            found = f"is {values.shape[1]}x{values.shape[0]}"
+            raise DataError(path, found, f"make it {width}x{height} like the colour images")
+        return values
 
     def _read_rgb(self, path: Path) -> Rgb:
         rgb = read_rgb(path)

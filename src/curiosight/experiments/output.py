@@ -50,7 +50,7 @@ class OutputFolder:
 
     def write_json(self, name: str, content: Any) -> None:
         """Write JSON-able content, with NaN refused."""
-        self.write_text(name, json.dumps(content, indent=1, allow_nan=False) + "\n")
+        write_json_file(self.file(name), content)
 
     def write_image(self, name: str, image: npt.NDArray[Any]) -> None:
         """Write a grey (H, W) uint8 or uint16 or an RGB image; the name's ending says how."""
@@ -92,6 +92,11 @@ class OutputFolder:
         if not overwrite:
             remedy = "choose another --out, or add --overwrite"
             raise DataError(self.path, "exists and is not empty", remedy)
+
+
+def write_json_file(path: Path, content: Any) -> None:
+    """Write JSON-able content, completely or not at all, with NaN refused."""
+    replace_file(path, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
 
 
 class TableFile:

@@ -29,6 +29,8 @@ Scene = Literal["floor", "table"]
 PLANE_BAND = 0.008
 # Supports within this height (metres) are one; pose drift and tilt stay below it.
 SAME_HEIGHT = 0.10
+# Legs and aprons stand no farther from what is seen of a table's top, metres.
+SKIRT = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +119,8 @@ def choose_supports(
 
 def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
     heights = plane.distances(points)
-    return Support(plane, settings.table, heights, above_footprint(points, plane))
+    extent, skirt = above_footprint(points, plane), above_footprint(points, plane, margin=SKIRT)
+    return Support(plane, settings.table, heights, extent, skirt=skirt)
 
 
 def _known_support(
@@ -135,7 +138,7 @@ def _known_support(
         if np.count_nonzero(plane.inliers & extent & shown) >= 50:
             extent, core = extent | shown, core | shown
     # A sofa's arms are wider than the board of a table is beyond its legs.
-    skirt = table.inset > (-0.15 if table.carries_objects else -0.25)
+    skirt = table.inset > (-SKIRT if table.carries_objects else -0.25)
     heights = plane.distances(points)
     return Support(plane, settings.table, heights, extent, core, skirt, table.carries_objects)
 

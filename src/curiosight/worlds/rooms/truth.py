@@ -35,11 +35,7 @@ def draw_truth(
     if not 0 <= ids.min() <= ids.max() <= len(parts):
         found = f"{ids.min()} to {ids.max()}"
         raise ValueError(f"ids: expected 0 to {len(parts)}, the number of parts, got {found}")
-    greys = np.full(len(parts) + 1, Label.UNKNOWN, np.uint8)
-    for number in np.flatnonzero(np.bincount(ids.ravel())).tolist():
-        if number > 0:
-            greys[number] = _grey(parts[number - 1], min_size, max_size)
-    truth: Grey = greys[ids]
+    truth: Grey = _greys(ids, parts, min_size, max_size)[ids]
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * outline_px + 1, 2 * outline_px + 1))
     near_salient = cv2.dilate((truth == Label.SALIENT).astype(np.uint8), disc)
     near_not_salient = cv2.dilate((truth == Label.NOT_SALIENT).astype(np.uint8), disc)
@@ -47,11 +43,33 @@ def draw_truth(
     return truth
 
 
+def _greys(ids: Ids, parts: Sequence[Part], min_size: float, max_size: float) -> Grey:
+    """(number of parts + 1,) the grey of each part in view, by its number."""
+    greys = np.full(len(parts) + 1, Label.UNKNOWN, np.uint8)
+    for number in np.flatnonzero(np.bincount(ids.ravel())).tolist():
+        if number > 0:
+            greys[number] = _grey(parts[number - 1], min_size, max_size)
+    return greys
+
+
 def _grey(part: Part, min_size: float, max_size: float) -> Label:
     if part.role in (Role.SUPPORT, Role.STRUCTURE):
         return Label.NOT_SALIENT
     is_in_size = min_size <= part.mesh.diagonal <= max_size
     return Label.SALIENT if part.role is Role.OBJECT and is_in_size else Label.UNKNOWN
+
+
+def draw_instances(
+    ids: Ids, parts: Sequence[Part], *, min_size: float = 0.08, max_size: float = 1.5
+) -> npt.NDArray[np.int32]:
+    """Return (H, W) int32: the number of each salient part, 0 = not salient, -1 = to be ignored.
+
+    As `draw_truth`, but up to the outlines.
+    """
+    truth = _greys(ids, parts, min_size, max_size)[ids]
+    instances = np.where(truth == Label.SALIENT, ids, 0).astype(np.int32)
+    instances[truth == Label.UNKNOWN] = -1
+    return instances
 
 
 def object_ids(ids: Ids, parts: Sequence[Part]) -> Ids:

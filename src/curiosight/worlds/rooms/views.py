@@ -17,7 +17,7 @@ from curiosight.worlds.rooms.depth_sensor import kinect_depth
 from curiosight.worlds.rooms.free_space import FreeSpace
 from curiosight.worlds.rooms.renderer import Renderer
 from curiosight.worlds.rooms.room import LOOKS, VIEWS, Room, stream
-from curiosight.worlds.rooms.truth import draw_truth
+from curiosight.worlds.rooms.truth import draw_instances, draw_truth
 from curiosight.worlds.rooms.viewpoints import draw_poses
 
 # A Kinect's colour camera, depth registered to it.
@@ -105,6 +105,10 @@ class RoomViews:
     def true_depth(self, index: int) -> Depth:
         """Return the real distances of a view, (H, W) metres along z."""
         return self.look(index).true_depth
+
+    def instance_truth(self, index: int) -> npt.NDArray[np.int32]:
+        """Return a view's objects, (H, W) int32: a number each, 0 = none, -1 = ignored."""
+        return draw_instances(self.look(index).ids, self.room.scene.parts)
 
     def look(self, index: int) -> Look:
         """Return a view and its truth; the last few are kept."""
