@@ -68,12 +68,15 @@ def nonsense() -> dict[str, Depth]:
     """Return depth images that no sensor should give."""
     rng = np.random.default_rng(0)
     shape = (480, 640)
+    noise = rng.uniform(0.5, 4, shape).astype(np.float32)
+    one = np.full(shape, np.nan, np.float32)
+    one[9, 320] = 1.0
     return {
         "no reading": np.full(shape, np.nan, np.float32),
-        "one reading": np.where(np.arange(640) == 320, np.where(np.arange(480)[:, None] == 9, 1, np.nan), np.nan).astype(np.float32),
+        "one reading": one,
         "constant": np.full(shape, 1.5, np.float32),
-        "noise": rng.uniform(0.5, 4, shape).astype(np.float32),
-        "noise and holes": np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.5, 4, shape)).astype(np.float32),
+        "noise": noise,
+        "noise and holes": np.where(rng.random(shape) < 0.5, np.nan, noise),
         "millimetres taken for metres": np.full(shape, 1500.0, np.float32),
         "tiny": np.full(shape, 1e-6, np.float32),
         "one column": np.linspace(1, 3, 480, dtype=np.float32)[:, None],
