@@ -1,6 +1,6 @@
 """Why the preset `default` is what it is: each of its choices, added one by one to `paper`.
 
-    python benchmarks/presets.py OSD_LEARN REDKITCHEN [--seeds 3]
+    python benchmarks/presets.py OSD_LEARN REDKITCHEN [--seeds 3] [--only VARIANT …]
 
 Trains off-line on the teacher's labels, tests on ground truth that was never learned from:
 osd_learn in 5 random folds of frames; redkitchen in 5 blocks, with the first half of the
@@ -131,6 +131,7 @@ def main() -> None:
     parser.add_argument("osd_learn", type=Path)
     parser.add_argument("redkitchen", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", nargs="+", help="these variants; the others' results are kept")
     arguments = parser.parse_args()
     default = Config.of_preset("default")
     recordings = []
@@ -139,8 +140,12 @@ def main() -> None:
         teacher = cs.make_teacher(default, dataset)
         teachers = {False: Remembering(teacher), True: Remembering(TemporalTeacher(teacher))}
         recordings.append((path.name, dataset, teachers, split))
+    chosen = variants()
     results: dict[str, Any] = {}
-    for name, config in variants().items():
+    if arguments.only:
+        chosen = {name: chosen[name] for name in arguments.only}
+        results = json.loads(RESULTS.read_text())
+    for name, config in chosen.items():
         results[name] = {}
         for recording, dataset, teachers, split in recordings:
             teacher = teachers[config.teacher.temporal]
