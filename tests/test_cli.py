@@ -37,6 +37,17 @@ def test_info_shows_the_regions_that_are_asked_for(room: Path, capsys: Capsys) -
     assert facts["regions"]["frames"] == [2, 2, 2, 2]
 
 
+def test_segment_says_why_pixels_are_unknown(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    out = tmp_path / "out"
+    succeed(capsys, "segment", room, "--temporal", "--reasons", "--out", out)
+    legend = {int(grey) for grey in json.loads((out / "reasons.json").read_text())}
+    for path in sorted((out / "labels").glob("*.png")):
+        labels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        reasons = cv2.imread(str(out / "reasons" / path.name), cv2.IMREAD_UNCHANGED)
+        assert np.array_equal(reasons == 0, (labels == 0) | (labels == 255))
+        assert set(np.unique(reasons)) <= legend
+
+
 @pytest.mark.parametrize("write", [write_folder, write_seven_scenes, write_osd, write_tum])
 def test_segment_writes_labels_instances_and_objects(
     write: object, tmp_path: Path, capsys: Capsys

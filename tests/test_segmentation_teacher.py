@@ -9,6 +9,7 @@ import pytest
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.segmentation import (
+    REASONS,
     Cluster,
     Segmentation,
     SegmentationSettings,
@@ -90,6 +91,18 @@ def test_clusters_are_measured() -> None:
     box = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
     assert cluster.box == pytest.approx(box, abs=2)
     assert cluster.n_pixels == pytest.approx(len(rows), rel=0.02)
+
+
+def test_reasons_tell_why_pixels_are_unknown() -> None:
+    found = segment(CUBE, replace(CUBE, centre=(-1.2, 0.0, 0.10)))
+    reasons = found.reasons()
+    names = {REASONS[code] for code in np.unique(reasons)}
+    assert {"known", "no reading, or beyond the range", Verdict.CUT.value} <= names
+    is_known = np.isin(found.labels, [Label.SALIENT, Label.NOT_SALIENT])
+    assert np.array_equal(reasons == 0, is_known)
+    for number, cluster in enumerate(found.clusters, start=1):
+        in_cluster = (found.cluster_of_pixel == number) & ~is_known
+        assert {REASONS[code] for code in np.unique(reasons[in_cluster])} <= {cluster.verdict.value}
 
 
 def test_instances_number_the_objects_alone() -> None:

@@ -22,6 +22,15 @@ def segment(
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
     scene: options.Scene = None,
     temporal: options.Temporal = False,
+    reasons: Annotated[
+        bool,
+        typer.Option(
+            "--reasons",
+            help="Also write reasons/<id>.png: why pixels are unknown; reasons.json says which "
+            "grey means what.",
+            rich_help_panel=options.OUTPUT,
+        ),
+    ] = False,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
     out: options.Out = None,
@@ -40,7 +49,9 @@ def segment(
     folder = OutputFolder(out, "segment", source, overwrite=overwrite)
     dataset = open_source(source)
     with announce_compilation(talk.console):
-        segmenting = Segmenting(settings, dataset, folder, every=every, temporal=temporal)
+        segmenting = Segmenting(
+            settings, dataset, folder, every=every, temporal=temporal, reasons=reasons
+        )
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c, talk.following("segment", len(segmenting)) as shown:

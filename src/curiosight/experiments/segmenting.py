@@ -15,13 +15,14 @@ from curiosight.experiments.components import make_teacher, make_temporal_teache
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.segmentation import Cluster, Segmentation
+from curiosight.segmentation import REASONS, Cluster, Segmentation
 
 
 class Segmenting:
     """Segment every `every`-th frame of a recording, frame by frame.
 
     temporal: with poses, let earlier views correct each frame, see `TemporalTeacher`.
+    reasons: write why pixels are unknown, too.
     """
 
     def __init__(
@@ -32,6 +33,7 @@ class Segmenting:
         *,
         every: int = 1,
         temporal: bool = False,
+        reasons: bool = False,
     ) -> None:
         if every < 1:
             raise ValueError(f"every: expected 1 or more, got {every}")
@@ -42,6 +44,7 @@ class Segmenting:
         self._memory_mb = config.run.memory_mb
         self._dataset = dataset
         self._out = out
+        self._writes_reasons = reasons
         self._objects: dict[str, list[dict[str, Any]]] = {}
 
     def __len__(self) -> int:
@@ -58,13 +61,20 @@ class Segmenting:
                 self._out.write_image(f"labels/{frame.id}.png", segmentation.labels)
                 instances = segmentation.instances()
                 self._out.write_image(f"instances/{frame.id}.png", instances)
+                if self._writes_reasons:
+                    self._out.write_image(f"reasons/{frame.id}.png", segmentation.reasons())
                 self._objects[frame.id] = describe_objects(instances, segmentation.objects)
                 self.problems.add(frame, segmentation.problem)
                 yield frame, segmentation
 
     def finish(self) -> dict[str, Any]:
-        """Write objects.json for the frames segmented so far; return a summary, JSON-able."""
+        """Write objects.json for the frames segmented so far; return a summary, JSON-able.
+
+        With reasons also reasons.json: what the greys of reasons/<id>.png mean.
+        """
         self._out.write_json("objects.json", self._objects)
+        if self._writes_reasons:
+            self._out.write_json("reasons.json", {str(code): why for code, why in REASONS.items()})
         return {
             "frames": len(self._objects),
             "objects": sum(map(len, self._objects.values())),

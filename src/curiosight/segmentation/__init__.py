@@ -2,12 +2,13 @@
 
 from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings, SupportSettings
 from curiosight.segmentation.survey import SCENES, Survey, survey_recording
-from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.teacher import REASONS, Segmentation, Teacher
 from curiosight.segmentation.temporal import TemporalTeacher
 from curiosight.segmentation.verdicts import Cluster, Verdict
 
 __all__ = [
     "FLOOR",
+    "REASONS",
     "SCENES",
     "TABLE",
     "Cluster",

@@ -29,6 +29,13 @@ from curiosight.segmentation.wall_map import moved, recognise
 from curiosight.segmentation.walls import Wall, find_walls
 
 Array = npt.NDArray[Any]
+# Codes of `Segmentation.reasons`. What votes of other views took back says "object".
+REASONS = {
+    0: "known",
+    1: "no reading, or beyond the range",
+    2: "in no cluster",
+    **{code: verdict.value for code, verdict in enumerate(Verdict, start=3)},
+}
 # More of the points below the lowest support, and it is no floor.
 MAX_SHARE_BELOW = 0.10
 
@@ -59,6 +66,15 @@ class Segmentation:
     def objects(self) -> tuple[Cluster, ...]:
         """The clusters that passed every test, in the order of their instance numbers."""
         return tuple(c for c in self.clusters if c.verdict is Verdict.OBJECT)
+
+    def reasons(self) -> npt.NDArray[np.uint8]:
+        """(H, W) why each pixel is unknown or unavailable, codes of `REASONS`; 0 = neither."""
+        codes = {reason: code for code, reason in REASONS.items()}
+        of_cluster = [codes["in no cluster"], *(codes[c.verdict.value] for c in self.clusters)]
+        reasons = np.array(of_cluster, np.uint8)[self.cluster_of_pixel]
+        reasons[self.labels == Label.UNAVAILABLE] = codes["no reading, or beyond the range"]
+        reasons[(self.labels == Label.SALIENT) | (self.labels == Label.NOT_SALIENT)] = 0
+        return reasons
 
     def instances(self) -> npt.NDArray[np.uint16]:
         """(H, W) number of each pixel's object, from 1; 0 = none."""
