@@ -32,6 +32,7 @@ COLOUR_OF_VERDICT = {
     Verdict.FAR: (120, 120, 120),
     Verdict.SMALL: (255, 140, 0),
     Verdict.LARGE: (0, 200, 200),
+    Verdict.HIGH: (0, 130, 160),
     Verdict.FLAT: (200, 80, 200),
     Verdict.FLOATING: (220, 40, 40),
     Verdict.FURNITURE: (240, 130, 110),
