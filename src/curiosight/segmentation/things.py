@@ -69,8 +69,10 @@ def find_things(free: Mask, support: Support, around: Surroundings) -> list[Thin
     noise = around.settings.noise * mean_depth**2
     hovers = boxes[:, 2, 0] > limits.slab + 0.06 + 3 * noise
     hovers &= parts.hidden_shares(points.depth) < 0.4
-    # What the image cuts, such as a cupboard on the wall, takes nothing below with it.
-    thing = join_stacked(boxes, hovers & ~_is_cut(parts, around.border))
+    # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
+    is_part = hovers & ~_is_cut(parts, around.border)
+    is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < limits.max_size
+    thing = join_stacked(boxes, is_part)
     return _measure(parts.joined(thing), np.bincount(thing, ~hovers) > 0, support, around)
 
 
