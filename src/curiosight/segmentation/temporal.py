@@ -81,11 +81,11 @@ class TemporalTeacher:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected = labels.copy()
         unknown = np.flatnonzero(labels == Label.UNKNOWN)
-        balance = self.votes.balance(voxels.ravel()[unknown])
-        corrected.ravel()[unknown[balance >= self.min_ahead]] = Label.SALIENT
+        _, around = self.votes.balance(voxels.ravel()[unknown]).T
+        corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
         salient = np.flatnonzero(labels == Label.SALIENT)
-        balance = self.votes.balance(voxels.ravel()[salient])
-        corrected.ravel()[salient[balance <= -2 * self.min_ahead]] = Label.UNKNOWN
+        here, _ = self.votes.balance(voxels.ravel()[salient]).T
+        corrected.ravel()[salient[here <= -2 * self.min_ahead]] = Label.UNKNOWN
         return corrected
 
 

@@ -32,8 +32,8 @@ class VoxelVotes:
     def __init__(self, *, side: float = 0.05, capacity: int = 1 << 16) -> None:
         self.side = side
         self._voxels = np.full(capacity, FREE)
-        # Views that saw something salient here or beside, and something that is not, here.
-        self._votes = np.zeros((capacity, 2), np.int32)
+        # Views that saw here what is salient, what is not, and what is salient here or beside.
+        self._votes = np.zeros((capacity, 3), np.int32)
 
     def __len__(self) -> int:
         """Return how many voxels have been voted on."""
@@ -63,7 +63,10 @@ class VoxelVotes:
         count_votes(self._voxels, self._votes, seen, said, slots, ahead)
 
     def balance(self, voxels: Array) -> Array:
-        """(n,) int32: how many more views said salient than not, for each of (n,) voxels."""
+        """(n, 2) int32: how many more views said salient than not, for each of (n,) voxels.
+
+        First for the voxel itself, then with the views that saw something salient beside it.
+        """
         return np.asarray(weigh_votes(self._voxels, self._votes, voxels))
 
     def forget_removed(
@@ -80,7 +83,7 @@ class VoxelVotes:
     def _grow(self) -> None:
         old, votes = self._voxels, self._votes
         self._voxels = np.full(4 * len(old), FREE)
-        self._votes = np.zeros((4 * len(old), 2), np.int32)
+        self._votes = np.zeros((4 * len(old), 3), np.int32)
         taken = np.flatnonzero(old != FREE)
         move_votes(old[taken], votes[taken], self._voxels, self._votes)
 
@@ -142,14 +145,13 @@ def count_votes(
         ahead[slot] += 1 if label == SALIENT else -1
     for slot in slots:
         if slot >= 0 and ahead[slot] != 0:
+            votes[slot, 0 if ahead[slot] > 0 else 1] += 1
             if ahead[slot] > 0:
                 _mark_beside(voxels, votes, voxels[slot])
-            else:
-                votes[slot, 1] += 1
             ahead[slot] = 0
     for slot in range(len(votes)):
-        if votes[slot, 0] < 0:
-            votes[slot, 0] = -votes[slot, 0]
+        if votes[slot, 2] < 0:
+            votes[slot, 2] = -votes[slot, 2]
 
 
 @njit(cache=True, nogil=True)
@@ -158,18 +160,19 @@ def _mark_beside(voxels: Array, votes: Array, voxel: int) -> None:
     for step in (0, 1, -1, 1 << 21, -(1 << 21), 1 << 42, -(1 << 42)):
         slot = find_slot(voxels, voxel + step)
         voxels[slot] = voxel + step
-        if votes[slot, 0] >= 0:
-            votes[slot, 0] = -1 - votes[slot, 0]
+        if votes[slot, 2] >= 0:
+            votes[slot, 2] = -1 - votes[slot, 2]
 
 
 @njit(cache=True, nogil=True)
 def weigh_votes(voxels: Array, votes: Array, seen: Array) -> Array:
-    """(n,) int32: views that said salient, here or beside, less those that said not, here."""
-    balance = np.zeros(len(seen), np.int32)
+    """(n, 2) int32: salient here, and salient here or beside, less not salient here."""
+    balance = np.zeros((len(seen), 2), np.int32)
     for pixel in range(len(seen)):
         if seen[pixel] != FREE:
             slot = find_slot(voxels, seen[pixel])
-            balance[pixel] = votes[slot, 0] - votes[slot, 1]
+            balance[pixel, 0] = votes[slot, 0] - votes[slot, 1]
+            balance[pixel, 1] = votes[slot, 2] - votes[slot, 1]
     return balance
 
 
@@ -187,7 +190,7 @@ def _forget_removed(
     fx, fy, cx, cy = pinhole
     bits = (1 << 21) - 1
     for slot in range(len(voxels)):
-        if votes[slot, 0] == 0:
+        if votes[slot, 2] == 0:
             continue
         voxel = voxels[slot]
         x = (((voxel >> 42) & bits) - _ORIGIN + 0.5) * side
