@@ -103,7 +103,7 @@ def test_footprint_covers_what_stands_on_the_table_and_nothing_beside_it() -> No
     frame, view = see((TABLE_TOP, ON_TABLE, aside), distance=1.6, height=1.4, tilt_deg=35)
     points = observe(frame)
     supports = choose_supports(points, up_at(35), SegmentationSettings(), scene="floor")
-    inside = above_footprint(points, supports[1].plane)
+    (inside,) = above_footprint(points, supports[1].plane, [0.05])
     surface = view.surface[::2, ::2]
     assert inside[surface == 2].mean() > 0.99
     assert inside[surface == 3].mean() == 0

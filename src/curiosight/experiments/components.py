@@ -29,17 +29,7 @@ def make_teacher(config: Config, dataset: Dataset) -> Teacher:
     Raises `DataError` where the recording has no frame that can be used, or no depth, unless
     the settings name another teacher.
     """
-    if not dataset.has_depth:
-        if config.teacher.source != "depth":
-            return Teacher()
-        raise DataError(
-            place(dataset),
-            f"{dataset.name} has no depth to learn from",
-            "give a recording with depth; for colour alone there is `curiosight map`",
-        )
-    settings = config.segmentation
-    survey = survey_recording(_good_frames(config, dataset), settings, scene=config.teacher.scene)
-    return Teacher(survey, settings)
+    return _surveyed(config, _survey_frames(config, dataset))
 
 
 def choose_teacher(config: Config, teacher: Teacher) -> Teaches:
@@ -49,13 +39,30 @@ def choose_teacher(config: Config, teacher: Teacher) -> Teaches:
 
 def make_temporal_teacher(config: Config, dataset: Dataset) -> TemporalTeacher:
     """Return a teacher that remembers the frames of its survey; raises as `make_teacher`."""
-    teacher = TemporalTeacher(make_teacher(config, dataset))
-    teacher.remember(_good_frames(config, dataset))
+    frames = list(_survey_frames(config, dataset))
+    teacher = TemporalTeacher(_surveyed(config, frames))
+    teacher.remember(frames)
     return teacher
 
 
-def _good_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
-    """Yield evenly spaced usable frames, or the first usable one where those are all bad."""
+def _surveyed(config: Config, frames: Iterable[Frame]) -> Teacher:
+    survey = survey_recording(frames, config.segmentation, scene=config.teacher.scene)
+    return Teacher(survey, config.segmentation)
+
+
+def _survey_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
+    """Yield evenly spaced usable frames, or the first usable one where those are all bad.
+
+    None without depth, where the settings name another teacher; raises as `make_teacher`.
+    """
+    if not dataset.has_depth:
+        if config.teacher.source != "depth":
+            return
+        raise DataError(
+            place(dataset),
+            f"{dataset.name} has no depth to learn from",
+            "give a recording with depth; for colour alone there is `curiosight map`",
+        )
     n_survey = min(config.teacher.n_survey_frames, len(dataset))
     chosen = np.linspace(0, len(dataset) - 1, n_survey).astype(int)
     n_good = 0

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
 from curiosight.segmentation.points import Points, look_up
 
+Array = npt.NDArray[Any]
+
 
 def above_footprint(
-    points: Points, plane: Plane, *, margin: float = 0.05, cell: float = 0.02
-) -> Mask:
+    points: Points, plane: Plane, margins: Sequence[float], *, cell: float = 0.02
+) -> list[Mask]:
     """(h, w) bool: points straight above or below the convex hull of the plane's largest piece.
 
-    margin: metres around the hull.
+    margins: metres around the hull, of each mask that is returned.
     """
     largest = largest_piece(plane.inliers)
     if not largest.any():
-        return largest
+        return [largest] * len(margins)
     inner = cv2.erode(largest.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     axes = np.stack(horizontal_axes(plane.normal), axis=1)
     outline = points.xyz_at(np.flatnonzero(largest & ~inner))
     places = np.ascontiguousarray(outline @ axes.astype(np.float32))
     hull = cv2.convexHull(places).reshape(-1, 2)
+    return [_above(points, hull, axes, margin, cell) for margin in margins]
+
+
+def _above(points: Points, hull: Array, axes: Array, margin: float, cell: float) -> Mask:
+    """(h, w) bool: above or below a (n, 2) convex hull along the axes, and a margin around it."""
     low = hull.min(axis=0) - 2 * margin
     width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
     drawn = np.zeros((height, width), np.float32)

@@ -39,8 +39,8 @@ class Support:
 
     heights: (h, w) metres of the points over the plane.
     extent: (h, w) bool, what is straight above or below a table; None for a floor.
-    core: the part of the extent where the table certainly is, and skirt: the extent and what
-        is close beside it; both None for a table that only this frame knows.
+    core: the part of the extent where the table certainly is; None for a table that only this
+        frame knows. skirt: the extent and what is close beside it; None for a floor.
     carries_objects: False for a seat, a bed or a shelf, see `Table`.
     """
 
@@ -119,7 +119,7 @@ def choose_supports(
 
 def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
     heights = plane.distances(points)
-    extent, skirt = above_footprint(points, plane), above_footprint(points, plane, margin=SKIRT)
+    extent, skirt = above_footprint(points, plane, (MARGIN, SKIRT))
     return Support(plane, settings.table, heights, extent, skirt=skirt)
 
 
@@ -134,7 +134,7 @@ def _known_support(
     extent, core = table.inset > -MARGIN, table.inset > 0.25
     plane = _plane_at(points, up, levels, table.offset, settings.noise, 0.06, extent)
     if np.count_nonzero(plane.inliers & extent) >= 50:
-        shown = above_footprint(points, plane)
+        (shown,) = above_footprint(points, plane, (MARGIN,))
         if np.count_nonzero(plane.inliers & extent & shown) >= 50:
             extent, core = extent | shown, core | shown
     # A sofa's arms are wider than the board of a table is beyond its legs.

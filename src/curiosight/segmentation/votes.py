@@ -31,7 +31,10 @@ class VoxelVotes:
 
     def __init__(self, *, side: float = 0.05, capacity: int = 1 << 16) -> None:
         self.side = side
+        self._n_views = 0
         self._voxels = np.full(capacity, FREE)
+        # The last view that saw something salient here or beside, from 1.
+        self._marked = np.zeros(capacity, np.int32)
         # Views that saw here what is salient, what is not, and what is salient here or beside.
         self._votes = np.zeros((capacity, 3), np.int32)
 
@@ -60,7 +63,9 @@ class VoxelVotes:
         while 2 * (len(self) + n_most) > len(self._voxels):
             self._grow()
         slots, ahead = np.full(len(seen), -1), np.zeros(len(self._voxels), np.int32)
-        count_votes(self._voxels, self._votes, seen, said, slots, ahead)
+        self._n_views += 1
+        table = (self._voxels, self._votes, self._marked)
+        count_votes(*table, self._n_views, seen, said, slots, ahead)
 
     def balance(self, voxels: Array) -> Array:
         """(n, 2) int32: how many more views said salient than not, for each of (n,) voxels.
@@ -83,6 +88,8 @@ class VoxelVotes:
     def _grow(self) -> None:
         old, votes = self._voxels, self._votes
         self._voxels = np.full(4 * len(old), FREE)
+        # No view is half counted when the table grows.
+        self._marked = np.zeros(4 * len(old), np.int32)
         self._votes = np.zeros((4 * len(old), 3), np.int32)
         taken = np.flatnonzero(old != FREE)
         move_votes(old[taken], votes[taken], self._voxels, self._votes)
@@ -129,11 +136,19 @@ def find_slot(voxels: Array, voxel: int) -> int:
 
 @njit(cache=True, nogil=True)
 def count_votes(
-    voxels: Array, votes: Array, seen: Array, labels: Array, slots: Array, ahead: Array
+    voxels: Array,
+    votes: Array,
+    marked: Array,
+    view: int,
+    seen: Array,
+    labels: Array,
+    slots: Array,
+    ahead: Array,
 ) -> None:
     """Give every voxel in view one vote, for what most of its labelled pixels say.
 
-    slots: (n,) all -1 and ahead: (capacity,) all 0, to work with.
+    view: its number, which `marked` does not hold yet. slots: (n,) all -1 and
+    ahead: (capacity,) all 0, to work with.
     """
     for pixel in range(len(seen)):
         label = labels[pixel]
@@ -147,21 +162,19 @@ def count_votes(
         if slot >= 0 and ahead[slot] != 0:
             votes[slot, 0 if ahead[slot] > 0 else 1] += 1
             if ahead[slot] > 0:
-                _mark_beside(voxels, votes, voxels[slot])
+                _mark_beside(voxels, votes, marked, view, voxels[slot])
             ahead[slot] = 0
-    for slot in range(len(votes)):
-        if votes[slot, 2] < 0:
-            votes[slot, 2] = -votes[slot, 2]
 
 
 @njit(cache=True, nogil=True)
-def _mark_beside(voxels: Array, votes: Array, voxel: int) -> None:
-    """Mark a voxel and its six neighbours, by a sign: -1 - n for n views."""
+def _mark_beside(voxels: Array, votes: Array, marked: Array, view: int, voxel: int) -> None:
+    """Let a view vote for a voxel and its six neighbours, where it has not yet."""
     for step in (0, 1, -1, 1 << 21, -(1 << 21), 1 << 42, -(1 << 42)):
         slot = find_slot(voxels, voxel + step)
         voxels[slot] = voxel + step
-        if votes[slot, 2] >= 0:
-            votes[slot, 2] = -1 - votes[slot, 2]
+        if marked[slot] != view:
+            marked[slot] = view
+            votes[slot, 2] += 1
 
 
 @njit(cache=True, nogil=True)
