@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from curiosight.segmentation.union import join_linked, join_nodes, number_sets
+
 Array = npt.NDArray[Any]
 
 # A cell's key holds its place along each axis in 21 bits: a million cells to either side.
@@ -55,8 +57,8 @@ def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: flo
     begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
     meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
     parent = np.arange(len(boxes))
-    _join_linked(hovers[:, None] & is_below & meets, parent)
-    return _number_trees(parent)
+    join_linked(hovers[:, None] & is_below & meets, parent)
+    return number_sets(parent)
 
 
 def _table_for(xyz: Array) -> Array:
@@ -122,7 +124,7 @@ def _join_near(xyz: Array, tolerance: float, cell: Array, keys: Array, table: Ar
     parent, before = np.arange(len(xyz)), np.empty(len(xyz), np.int64)
     last = np.full(len(keys), -1)
     _join_cells(xyz, tolerance, cell, keys, table, before, last, parent)
-    return _number_trees(parent)
+    return number_sets(parent)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -165,43 +167,6 @@ def _join_chains(
             for axis in range(3):
                 gap += (xyz[one, axis] - xyz[near, axis]) ** 2
             if gap <= tolerance * tolerance:
-                parent[_root(parent, one)] = _root(parent, near)
+                join_nodes(parent, one, near)
             near = before[near]
         one = before[one]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _root(parent: Array, node: int) -> int:
-    """Return the first node of a node's tree, and halve the way to it for the next time."""
-    while parent[node] != node:
-        parent[node] = parent[parent[node]]
-        node = parent[node]
-    return node
-
-
-def _number_trees(parent: Array) -> Array:
-    """Return the (n,) number of each node's tree, in the order of their first nodes."""
-    number = np.full(len(parent), -1)
-    _number_roots(parent, number)
-    return number
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _number_roots(parent: Array, number: Array) -> None:
-    """Set the (n,) numbers, -1 before, as `_number_trees` says."""
-    n_roots = 0
-    for node in range(len(parent)):
-        root = _root(parent, node)
-        if number[root] < 0:
-            number[root] = n_roots
-            n_roots += 1
-        number[node] = number[root]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _join_linked(links: Array, parent: Array) -> None:
-    """Join the nodes that an (n, n) bool graph links."""
-    for one in range(len(links)):
-        for other in range(len(links)):
-            if links[one, other]:
-                parent[_root(parent, one)] = _root(parent, other)

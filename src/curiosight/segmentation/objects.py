@@ -12,7 +12,8 @@ from curiosight.segmentation.bodies import Bodies, beside_table, connect_bodies
 from curiosight.segmentation.planes import Mask
 from curiosight.segmentation.supports import Support
 from curiosight.segmentation.things import Surroundings, Thing, find_things
-from curiosight.segmentation.verdicts import Cluster, judge
+from curiosight.segmentation.touching import part_touching
+from curiosight.segmentation.verdicts import Cluster, Verdict, judge
 
 Array = npt.NDArray[Any]
 
@@ -33,10 +34,23 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     free = free.copy()
     for support in reversed(carriers):
         over = _take_over(free, bodies, support, around)
-        for thing in find_things(over, support, around):
-            clusters.append(_cluster(thing, support, around))
+        for thing, verdict in _judged(find_things(over, support, around), support, around):
+            clusters.append(_cluster(thing, verdict, support, around))
             number.ravel()[thing.members] = len(clusters)
     return number, clusters
+
+
+def _judged(
+    things: list[Thing], support: Support, around: Surroundings
+) -> list[tuple[Thing, Verdict]]:
+    """Return things with their verdicts; what is parted into objects stands last."""
+    judged = [(thing, judge(thing, support, around)) for thing in things]
+    if not support.settings.part_touching:
+        return judged
+    whole = [thing for thing, verdict in judged if verdict is Verdict.OBJECT]
+    others = [(thing, verdict) for thing, verdict in judged if verdict is not Verdict.OBJECT]
+    objects = part_touching(whole, support, around) if whole else []
+    return [*others, *((thing, Verdict.OBJECT) for thing in objects)]
 
 
 def _take_over(free: Mask, bodies: Bodies, support: Support, around: Surroundings) -> Mask:
@@ -94,12 +108,12 @@ def _divide(
             free[v, u] = not (is_under or is_over)
 
 
-def _cluster(thing: Thing, support: Support, around: Surroundings) -> Cluster:
-    """Return a thing as the rest of the program knows it, with its verdict."""
+def _cluster(thing: Thing, verdict: Verdict, support: Support, around: Surroundings) -> Cluster:
+    """Return a thing as the rest of the program knows it."""
     stride = around.points.stride
     u_min, v_min, u_max, v_max = (stride * end for end in thing.box)
     return Cluster(
-        verdict=judge(thing, support, around),
+        verdict=verdict,
         box=(u_min, v_min, u_max, v_max),
         n_pixels=len(thing.members) * stride**2,
         size=thing.size,

@@ -23,6 +23,8 @@ class SupportSettings:
     leaf, tolerance: side of a voxel; gap up to which voxels belong together.
     slab: thickness of the layer on the support that counts as the support itself.
     max_height: over the support, beyond which nothing is an object.
+    part_touching: whether concave creases and steps in depth part what stands together. Most
+        of what touches on a table are two objects; on a floor it is one chair.
     """
 
     min_size: float = 0.10
@@ -32,9 +34,10 @@ class SupportSettings:
     tolerance: float = 0.10
     slab: float = 0.03
     max_height: float = 2.0
+    part_touching: bool = False
 
     def __post_init__(self) -> None:
-        _check_positive(self, self.__slots__)
+        _check_positive(self, [name for name in self.__slots__ if name != "part_touching"])
         if self.min_size >= self.max_size:
             raise ValueError(
                 f"min_size: expected less than max_size {self.max_size}, got {self.min_size}"
@@ -50,6 +53,7 @@ TABLE = SupportSettings(
     tolerance=0.03,
     slab=0.01,
     max_height=1.0,
+    part_touching=True,
 )
 
 

@@ -73,10 +73,12 @@ def find_things(free: Mask, support: Support, around: Surroundings) -> list[Thin
     is_part = hovers & ~_is_cut(parts, around.border)
     is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < limits.max_size
     thing = join_stacked(boxes, is_part)
-    return _measure(parts.joined(thing), np.bincount(thing, ~hovers) > 0, support, around)
+    return measure_things(parts.joined(thing), np.bincount(thing, ~hovers) > 0, support, around)
 
 
-def _measure(groups: Groups, stands: Array, support: Support, around: Surroundings) -> list[Thing]:
+def measure_things(
+    groups: Groups, stands: Array, support: Support, around: Surroundings
+) -> list[Thing]:
     """Return the groups that are large enough as things; stands: (n_groups,) bool."""
     points = around.points
     places = _places(groups, support, points)
