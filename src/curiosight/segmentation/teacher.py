@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.segmentation.background import border_mask, on_supports, on_walls
+from curiosight.segmentation.hollows import find_hollows
 from curiosight.segmentation.objects import find_objects
 from curiosight.segmentation.planes import Mask, noise_band
 from curiosight.segmentation.points import Points, observe_points, spread
@@ -116,8 +117,10 @@ class Teacher:
         walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
         around = Surroundings(points, supports, walls, border, self.settings)
         number, clusters = find_objects(in_range & ~is_support & ~is_wall, around)
+        hollows = _hollows(number, clusters, is_support, points)
         labels = _label_of(clusters).take(number)
-        labels[is_support | is_wall] = Label.NOT_SALIENT
+        labels[(is_support & (hollows == 0)) | is_wall] = Label.NOT_SALIENT
+        number += hollows
         labels, number = _at_full_size(labels, number, points, frame.depth, self.settings.max_range)
         return Segmentation(labels, number, tuple(clusters), tuple(supports), tuple(walls))
 
@@ -194,6 +197,16 @@ class Teacher:
             min_cut_diagonal=self.settings.min_cut_wall_diagonal,
         )
         return known + new, is_known | on_walls(points, new, free & ~is_known, noise)
+
+
+def _hollows(number: Array, clusters: list[Cluster], is_support: Mask, points: Points) -> Array:
+    """(h, w) int32 number of the object that a point of a support is inside of, 0 = none."""
+    boxes = [
+        (place, tuple(end // points.stride for end in cluster.box))
+        for place, cluster in enumerate(clusters, start=1)
+        if cluster.verdict is Verdict.OBJECT
+    ]
+    return find_hollows(number, boxes, is_support, points)
 
 
 def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:

@@ -32,7 +32,8 @@ class TemporalTeacher:
     stands too close to another, is salient where it was seen whole before; and what most views
     take for table or wall is not salient in one of them. What has gone is forgotten.
 
-    min_ahead: votes by which salient must lead; twice as many take it back.
+    min_ahead: votes by which salient must lead; twice as many against take it back, unless as
+        many see something salient beside, as poses drift by more than a mug's side is thick.
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
@@ -84,8 +85,9 @@ class TemporalTeacher:
         _, around = self.votes.balance(voxels.ravel()[unknown]).T
         corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
         salient = np.flatnonzero(labels == Label.SALIENT)
-        here, _ = self.votes.balance(voxels.ravel()[salient]).T
-        corrected.ravel()[salient[here <= -2 * self.min_ahead]] = Label.UNKNOWN
+        here, around = self.votes.balance(voxels.ravel()[salient]).T
+        denied = (here <= -2 * self.min_ahead) & (around <= 2 * self.min_ahead)
+        corrected.ravel()[salient[denied]] = Label.UNKNOWN
         return corrected
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, Self
 
@@ -30,23 +30,44 @@ def part_touching(things: list[Thing], support: Support, around: Surroundings) -
     cup that the other is the outside of, and where they are one surface that goes on behind
     something, even if the two were of different things.
     """
-    points = around.points
-    thing = np.zeros(points.depth.shape, np.int32)
+    box = _box_around(things)
+    points, thing = _window(around.points, box), np.zeros(around.points.depth.shape, np.int32)
     for number, one in enumerate(things, start=1):
         thing.ravel()[one.members] = number
+    thing = thing[box]
     patch = find_patches(thing, points, around.settings.noise)
     # A thing without a patch stays in one piece.
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
     where = np.flatnonzero(patch)
     groups = Groups.of(where, patch.take(where))
-    patches = Patches.measure(groups, points, support, around.settings.noise)
+    heights = support.heights[box].take(groups.members)
+    patches = Patches.measure(groups, points, heights, around.settings.noise)
     parent = np.arange(len(groups))
     join_linked(patches.meet_convexly() | patches.are_inside() | patches.go_on_behind(), parent)
     whose = thing.take(groups.members[groups.start[:-1]])
     min_points = around.settings.min_cluster_px / points.stride**2
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
-    objects = groups.joined(number_sets(parent))
+    v, u = np.divmod(groups.members, thing.shape[1])
+    width = around.points.depth.shape[1]
+    whole = replace(groups, members=(v + box[0].start) * width + u + box[1].start)
+    objects = whole.joined(number_sets(parent))
     return measure_things(objects, np.ones(len(objects), np.bool_), support, around)
+
+
+def _box_around(things: list[Thing]) -> tuple[slice, slice]:
+    """Return the rows and columns of the grid that hold all of the things."""
+    boxes = np.array([thing.box for thing in things])
+    (left, top), (right, bottom) = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    return slice(int(top), int(bottom)), slice(int(left), int(right))
+
+
+def _window(points: Points, box: tuple[slice, slice]) -> Points:
+    """Return the points in some rows and columns of the grid."""
+    xyz, normals, depth, area = (
+        np.ascontiguousarray(grid[box])
+        for grid in (points.xyz, points.normals, points.depth, points.area)
+    )
+    return Points(xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +91,13 @@ class Patches:
     bends: Array
     tops: Array
     borders: Array
-    noise: float
 
     @classmethod
-    def measure(cls, groups: Groups, points: Points, support: Support, noise: float) -> Self:
-        """Measure the patches that have these points; noise: of inverse depth, 1/m."""
+    def measure(cls, groups: Groups, points: Points, heights: Array, noise: float) -> Self:
+        """Measure the patches that have these points.
+
+        heights: (n,) metres of the groups' members. noise: of inverse depth, 1/m.
+        """
         n = len(groups)
         number = np.zeros(points.depth.shape, np.int32)
         number.ravel()[groups.members] = np.repeat(np.arange(1, n + 1), groups.sizes)
@@ -86,10 +109,8 @@ class Patches:
         with np.errstate(invalid="ignore", divide="ignore"):
             normals = sums[:, 5:8] / np.linalg.norm(sums[:, 5:8], axis=1, keepdims=True)
             bends = sums[:, 8] / sums[:, 9]
-        tops = groups.ends(support.heights.take(groups.members)[:, None], 0.03)[:, 0, 1]
-        return cls(
-            number, points, middles[:, :2], middles[:, 2:], normals, bends, tops, borders, noise
-        )
+        tops = groups.ends(heights[:, None], 0.03)[:, 0, 1]
+        return cls(number, points, middles[:, :2], middles[:, 2:], normals, bends, tops, borders)
 
     def meet_convexly(self, *, max_concave: float = 0.5, min_pairs: int = 4) -> Array:
         """(n, n) bool: have a border, not more than a share of it concave or a step."""
