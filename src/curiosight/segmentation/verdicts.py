@@ -25,6 +25,7 @@ class Verdict(Enum):
     OBJECT = "object"
     CUT = "touches the image border"
     FAR = "reaches beyond the range"
+    NEAR = "reaches nearer than the sensor sees"
     SMALL = "too small"
     LARGE = "too large"
     HIGH = "too high over its support"
@@ -69,6 +70,8 @@ def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
     depth = around.points.depth.take(thing.members)
     if np.count_nonzero(depth > settings.max_range - 0.05) > 5:
         return Verdict.FAR
+    if _goes_on_nearer(thing, depth, around.points.depth, settings.near_range):
+        return Verdict.NEAR
     xyz = around.points.xyz_at(thing.members)
     walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
     if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
@@ -76,6 +79,28 @@ def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
     if thing.top < 2 * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
+
+
+def _goes_on_nearer(
+    thing: Thing, depth: Array, depths: Array, near: float, *, min_share: float = 0.3
+) -> bool:
+    """Tell whether a thing ends upwards where it comes too near for the sensor.
+
+    A table's leg before the camera looks like a small object on the floor then.
+
+    depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
+    min_share: of the thing's columns that have no reading above a top that is nearer.
+    """
+    if not depth.min() < near:
+        return False
+    v, u = np.divmod(thing.members, depths.shape[1])
+    top = np.full(depths.shape[1], len(depths))
+    np.minimum.at(top, u, v)
+    columns = np.flatnonzero(top < len(depths))
+    top = top[columns]
+    above = depths[np.maximum(top - 2, 0), columns]
+    ends_near = np.isnan(above) & (depths[top, columns] < near)
+    return bool(np.count_nonzero(ends_near) > min_share * len(columns))
 
 
 def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
