@@ -24,7 +24,7 @@ from curiosight.segmentation.supports import (
 )
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.things import Surroundings
-from curiosight.segmentation.up import ups_from_normals
+from curiosight.segmentation.up import up_from_normals, ups_from_normals
 from curiosight.segmentation.verdicts import Cluster, Verdict
 from curiosight.segmentation.wall_map import moved, recognise
 from curiosight.segmentation.walls import Wall, find_walls
@@ -37,6 +37,8 @@ REASONS = {
     2: "in no cluster",
     **{code: verdict.value for code, verdict in enumerate(Verdict, start=3)},
 }
+# A camera without poses tilts and rolls by less from one frame to the next.
+MAX_TURN = np.radians(12)
 # More of the points below the lowest support, and it is no floor.
 MAX_SHARE_BELOW = 0.10
 
@@ -97,18 +99,21 @@ class Teacher:
         self.survey = survey or Survey()
         self.settings = (settings or SegmentationSettings()).for_sensor(self.survey.noise)
 
-    def segment(self, frame: Frame) -> Segmentation:
+    def segment(self, frame: Frame, *, up: Array | None = None) -> Segmentation:
         """Label every pixel of a frame; without depth or a support all is unknown.
 
         Supports and walls are not salient; of the rest, grouped, what is neither too small nor
         too large nor cut by the image's border is salient. A frame with a problem teaches
         nothing: what it shows may not be what is there.
+
+        up: (3,) unit vector in the camera's frame, about, where no pose tells it; None = from
+            this frame alone.
         """
         problem = _problem_of(frame)
         if problem is not None or frame.depth is None or frame.camera is None:
             return self._nothing(frame, problem)
         points = observe_points(frame.depth, frame.camera)
-        supports = self._supports(points, frame)
+        supports = self._supports(points, frame, up)
         if not any(support.plane.inliers.any() for support in supports):
             return self._nothing(frame, "no support plane is in view")
         in_range = points.depth <= self.settings.max_range
@@ -131,11 +136,12 @@ class Teacher:
         labels = np.where(is_near, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
         return Segmentation.of_labels(labels, problem)
 
-    def _supports(self, points: Points, frame: Frame) -> list[Support]:
+    def _supports(self, points: Points, frame: Frame, about_up: Array | None) -> list[Support]:
         """Return the supports in view, lowest first; empty when there is none.
 
-        Where no pose tells which way is up, surfaces do: what most of them face, unless much
-        lies below the lowest support then, as when the largest surface is a box's side.
+        Where neither a pose nor the frames before tell which way is up, surfaces do: what most
+        of them face, unless much lies below the lowest support then, as when the largest
+        surface is a box's side.
         """
         pose, scene = frame.T_world_camera, self.survey.scene
         if self.survey.up_world is not None and pose is not None:
@@ -159,8 +165,16 @@ class Teacher:
                 known_tables=known_tables,
             )
         keep = np.flatnonzero(points.area > 0)
+        surface = points.normals_at(keep), points.area.take(keep)
+        if about_up is not None:
+            tilted = up_from_normals(*surface, prior=about_up, max_angle=MAX_TURN)
+            return (
+                choose_supports(points, tilted, self.settings, scene=scene)
+                if tilted is not None
+                else []
+            )
         first: list[Support] = []
-        for up in ups_from_normals(points.normals_at(keep), points.area.take(keep)):
+        for up in ups_from_normals(*surface):
             supports = choose_supports(points, up, self.settings, scene=scene)
             if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
                 return supports

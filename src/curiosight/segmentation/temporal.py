@@ -14,6 +14,7 @@ from curiosight.segmentation.points import spread
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.tracking import UpTracker
 from curiosight.segmentation.verdicts import Verdict
 from curiosight.segmentation.votes import VoxelVotes
 
@@ -40,6 +41,7 @@ class TemporalTeacher:
         self.teacher = teacher
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
+        self._tracker = UpTracker()
 
     @property
     def survey(self) -> Survey:
@@ -57,11 +59,13 @@ class TemporalTeacher:
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame by itself, correct it by memory, and remember it.
 
-        A frame without pose is not corrected and leaves no trace.
+        A frame without pose is not corrected: only which way is up is carried to the next.
         """
-        alone = self.teacher.segment(frame)
         pose = frame.T_world_camera
-        if frame.depth is None or frame.camera is None or pose is None or alone.problem:
+        if pose is None:
+            return self._tracked(frame)
+        alone = self.teacher.segment(frame)
+        if frame.depth is None or frame.camera is None or alone.problem:
             return alone
         labels = alone.labels[::STRIDE, ::STRIDE]
         voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
@@ -77,6 +81,13 @@ class TemporalTeacher:
             beyond=Label.UNAVAILABLE,
         )
         return replace(alone, labels=full.astype(np.uint8))
+
+    def _tracked(self, frame: Frame) -> Segmentation:
+        if frame.depth is None or frame.problem is not None:
+            return self.teacher.segment(frame)
+        tracked = self.teacher.segment(frame, up=self._tracker.up_in(frame.depth))
+        self._tracker.update(frame.depth, tracked.supports)
+        return tracked
 
     def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""

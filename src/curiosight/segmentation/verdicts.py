@@ -86,12 +86,14 @@ def _goes_on_nearer(
 ) -> bool:
     """Tell whether a thing ends upwards where it comes too near for the sensor.
 
-    A table's leg before the camera looks like a small object on the floor then.
+    A table's leg before the camera looks like a small object on the floor then. Of an object
+    that is seen whole the far edge of its top is uppermost, and not nearest.
 
     depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
-    min_share: of the thing's columns that have no reading above a top that is nearer.
+    min_share: of the thing's columns that end so, with no reading above.
     """
-    if not depth.min() < near:
+    nearest = ends(depth, 0.02)[0]
+    if nearest > near:
         return False
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))
@@ -99,7 +101,7 @@ def _goes_on_nearer(
     columns = np.flatnonzero(top < len(depths))
     top = top[columns]
     above = depths[np.maximum(top - 2, 0), columns]
-    ends_near = np.isnan(above) & (depths[top, columns] < near)
+    ends_near = np.isnan(above) & (depths[top, columns] < nearest + 0.01)
     return bool(np.count_nonzero(ends_near) > min_share * len(columns))
 
 
