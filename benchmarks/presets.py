@@ -1,11 +1,13 @@
 """Why the preset `default` is what it is: each of its choices, added one by one to `paper`.
 
     python benchmarks/presets.py OSD_LEARN REDKITCHEN [--seeds 3] [--only VARIANT …]
+    python benchmarks/presets.py OSD_LEARN REDKITCHEN --seeds 1 --only paper default …
 
-Trains off-line on the teacher's labels, tests on ground truth that was never learned from:
-osd_learn in 5 random folds of frames; redkitchen in 5 blocks, with the first half of the
-recording (where choices were made) and the second (where they are only reported) apart.
-Keeps benchmarks/results/presets.json.
+Scores the teachers of both presets on both recordings and in drawn rooms. Then learns off-line
+from their labels, and tests on ground truth that was never learned from: osd_learn in 5 random
+folds of frames; redkitchen in 5 blocks, with the first half of the recording (where choices were
+made) and the second (where they are only reported) apart. Keeps benchmarks/results/presets.json,
+and writes the table `paper` against `default` of docs/method.md anew.
 """
 
 from __future__ import annotations
@@ -17,12 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from presets_table import score_teachers, write_table
 
 import curiosight as cs
-from curiosight.config import Config
-from curiosight.evaluation import MapScores
+from curiosight.config import Config, TeacherConfig
+from curiosight.evaluation import MapScores, SplitKind
+from curiosight.experiments.components import make_teacher
 from curiosight.experiments.evaluating import CrossValidation
-from curiosight.segmentation import Segmentation, TemporalTeacher
+from curiosight.learner import Teaches
+from curiosight.segmentation import Segmentation, Teacher, TemporalTeacher
 
 RESULTS = Path(__file__).parent / "results" / "presets.json"
 
@@ -30,16 +35,19 @@ RESULTS = Path(__file__).parent / "results" / "presets.json"
 def variants() -> dict[str, Config]:
     """Return the settings to compare, from `paper` to `default` and around it."""
     paper, default = Config.of_preset("paper"), Config.of_preset("default")
-    superpixels = replace(paper, learner=replace(paper.learner, rows_per="superpixel"))
+    no_memory = replace(default.teacher, temporal=False)
+    taught = replace(paper, teacher=no_memory, segmentation=default.segmentation)
+    superpixels = replace(taught, learner=replace(paper.learner, rows_per="superpixel"))
     soft = replace(superpixels, forest=replace(paper.forest, vote="soft"))
     plain = replace(default.learner, contrast=False, follow_edges=False, blind_share=0.0)
     lab = replace(soft, learner=plain)
-    alone = replace(default, teacher=paper.teacher)
+    alone = replace(default, teacher=no_memory)
     deep = replace(alone, learner=plain)
     contrast = replace(alone, learner=replace(plain, contrast=True))
     edges = replace(alone, learner=replace(default.learner, blind_share=0.0))
     steps = {
         "paper": paper,
+        "+ teacher of default": taught,
         "+ one row per superpixel": superpixels,
         "+ leaf frequencies": soft,
         "+ Lab": lab,
@@ -47,7 +55,8 @@ def variants() -> dict[str, Config]:
         "+ contrast": contrast,
         "+ maps follow edges": edges,
         "+ blind share": alone,
-        "+ memory of views = default": default,
+        "default": default,
+        "default, teacher of paper": replace(default, teacher=paper.teacher),
     }
     for name, changes in {
         "default, nodes of 20 split": {"min_split": 20},
@@ -80,10 +89,9 @@ class Halves(MapScores):
 
 
 class Remembering:
-    """A teacher that segments each frame once: it is the same for all variants."""
+    """A teacher that segments each frame once: it is the same for many variants."""
 
-    def __init__(self, teacher: cs.Teacher | TemporalTeacher) -> None:
-        self.survey = teacher.survey
+    def __init__(self, teacher: Teaches) -> None:
         self._teacher = teacher
         self._remembered: dict[str, Segmentation] = {}
 
@@ -94,6 +102,23 @@ class Remembering:
             nothing = np.broadcast_to(np.uint16(0), full.labels.shape)
             self._remembered[frame.id] = Segmentation(full.labels, nothing, problem=full.problem)
         return self._remembered[frame.id]
+
+
+class Recording:
+    """A recording, how it is split, and what each teacher says of it."""
+
+    def __init__(self, path: Path, split: SplitKind) -> None:
+        self.name, self.split, self.dataset = path.name, split, cs.open_dataset(path)
+        self._teachers: dict[TeacherConfig, Remembering] = {}
+
+    def teacher(self, config: Config) -> Remembering:
+        """Return the teacher that settings ask for; with memory it begins without any."""
+        if config.teacher not in self._teachers:
+            teacher = make_teacher(config, self.dataset)
+            if config.teacher.temporal and isinstance(teacher, Teacher):
+                teacher = TemporalTeacher(teacher)
+            self._teachers[config.teacher] = Remembering(teacher)
+        return self._teachers[config.teacher]
 
 
 def figures(scores: MapScores) -> dict[str, float | None]:
@@ -108,21 +133,35 @@ def figures(scores: MapScores) -> dict[str, float | None]:
     }
 
 
-def run(
-    config: Config, dataset: cs.datasets.Dataset, teacher: Any, split: Any, seed: int
-) -> dict[str, Any]:
+def run(config: Config, recording: Recording, seed: int) -> dict[str, Any]:
     """Cross-validate once."""
     config = replace(config, run=replace(config.run, seed=seed))
-    evaluation = CrossValidation(config, dataset, n_folds=5, split=split, teacher=teacher)
-    if split == "frames":
-        for _ in evaluation:
-            pass
-        return {"all": figures(evaluation.scores)}
-    scores = evaluation.scores = Halves(list(dataset.ids))
+    evaluation = CrossValidation(
+        config,
+        recording.dataset,
+        n_folds=5,
+        split=recording.split,
+        teacher=recording.teacher(config),
+    )
+    halves = evaluation.scores = Halves(list(recording.dataset.ids))
     for _ in evaluation:
         pass
-    tuned, reported = scores.halves
-    return {"tuned on": figures(tuned), "reported": figures(reported)}
+    if recording.split == "frames":
+        return {"all": figures(halves)}
+    tuned, reported = halves.halves
+    return {"all": figures(halves), "tuned on": figures(tuned), "reported": figures(reported)}
+
+
+def mean_of(runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return mean and standard deviation of each figure of each part over some runs."""
+    means: dict[str, Any] = {}
+    for part in runs[0]:
+        cells = {key: [float(one[part][key]) for one in runs] for key in runs[0][part]}
+        means[part] = {
+            key: {"mean": float(np.mean(values)), "std": float(np.std(values))}
+            for key, values in cells.items()
+        }
+    return means
 
 
 def main() -> None:
@@ -131,39 +170,29 @@ def main() -> None:
     parser.add_argument("osd_learn", type=Path)
     parser.add_argument("redkitchen", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", nargs="+", help="these variants; the others' results are kept")
+    parser.add_argument("--only", nargs="*", help="these variants; the others' results are kept")
     arguments = parser.parse_args()
-    default = Config.of_preset("default")
-    recordings = []
-    for path, split in ((arguments.osd_learn, "frames"), (arguments.redkitchen, "blocks")):
-        dataset = cs.open_dataset(path)
-        teacher = cs.make_teacher(default, dataset)
-        teachers = {False: Remembering(teacher), True: Remembering(TemporalTeacher(teacher))}
-        recordings.append((path.name, dataset, teachers, split))
-    chosen = variants()
-    results: dict[str, Any] = {}
-    if arguments.only:
+    chosen, results = variants(), json.loads(RESULTS.read_text())
+    if arguments.only is not None:
         chosen = {name: chosen[name] for name in arguments.only}
-        results = json.loads(RESULTS.read_text())
+    results["teacher"] = score_teachers(arguments.osd_learn, arguments.redkitchen)
+    recordings = (
+        Recording(arguments.osd_learn, "frames"),
+        Recording(arguments.redkitchen, "blocks"),
+    )
     for name, config in chosen.items():
-        results[name] = {}
-        for recording, dataset, teachers, split in recordings:
-            teacher = teachers[config.teacher.temporal]
-            runs = [run(config, dataset, teacher, split, seed) for seed in range(arguments.seeds)]
-            for part in runs[0]:
-                cells = {key: [float(one[part][key]) for one in runs] for key in runs[0][part]}
-                results[name][f"{recording}, {part}"] = {
-                    key: {"mean": float(np.mean(v)), "std": float(np.std(v))}
-                    for key, v in cells.items()
-                }
-        line = "  ".join(
-            f"{part}: AUC {cell['roc_auc']['mean']:.3f} F1 {cell['f1']['mean']:.3f} "
-            f"err {cell['overall_error']['mean']:.3f}"
-            for part, cell in results[name].items()
-        )
-        print(f"{name:32s} {line}", flush=True)
-    RESULTS.parent.mkdir(exist_ok=True)
+        results["map"][name] = {}
+        for recording in recordings:
+            runs = [run(config, recording, seed) for seed in range(arguments.seeds)]
+            for part, cell in mean_of(runs).items():
+                results["map"][name][f"{recording.name}, {part}"] = cell
+                print(
+                    f"{name:32s} {recording.name}, {part}: AUC {cell['roc_auc']['mean']:.3f} "
+                    f"F1 {cell['f1']['mean']:.3f} err {cell['overall_error']['mean']:.3f}",
+                    flush=True,
+                )
     RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+    write_table(results)
 
 
 if __name__ == "__main__":

@@ -48,6 +48,19 @@ def test_segment_says_why_pixels_are_unknown(room: Path, tmp_path: Path, capsys:
         assert set(np.unique(reasons)) <= legend
 
 
+def test_segment_says_how_sure_it_is(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    out = tmp_path / "out"
+    succeed(capsys, "segment", room, "--confidence", "--every", "4", "--out", out)
+    for path in sorted((out / "labels").glob("*.png")):
+        labels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        confidence = cv2.imread(str(out / "confidence" / path.name), cv2.IMREAD_UNCHANGED)
+        is_known = (labels == 0) | (labels == 255)
+        assert confidence[is_known].mean() > 150
+        assert not confidence[~is_known].any()
+    with_paper = ("--confidence", "--preset", "paper", "--out", tmp_path / "paper")
+    assert "confidence" in refusal(capsys, "segment", room, *with_paper)
+
+
 @pytest.mark.parametrize("write", [write_folder, write_seven_scenes, write_osd, write_tum])
 def test_segment_writes_labels_instances_and_objects(
     write: object, tmp_path: Path, capsys: Capsys

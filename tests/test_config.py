@@ -44,6 +44,17 @@ def test_paper_holds_the_papers_numbers() -> None:
     assert config == Config()
 
 
+def test_range_is_that_of_the_teacher_that_is_used() -> None:
+    paper, default = Config.of_preset("paper"), Config.of_preset("default")
+    nearer = {
+        "segmentation": replace(paper.segmentation, max_range=3.0),
+        "paper_segmentation": replace(paper.paper_segmentation, max_range=2.0),
+    }
+    assert paper.max_range == default.max_range == 4.0
+    assert replace(paper, **nearer).max_range == 2.0
+    assert replace(default, **nearer).max_range == 3.0
+
+
 def test_default_differs_from_paper_only_where_it_says() -> None:
     def numbers(preset: str) -> dict[str, Any]:
         table = tomllib.loads(to_toml(Config.of_preset(preset)))
@@ -58,6 +69,7 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "learner.blind_share": 0.02,
         "learner.follow_edges": True,
         "segmentation.follow_sensor": True,
+        "teacher.pipeline": "default",
         "teacher.temporal": True,
         "forest.max_depth": 24,
         "forest.min_split": 200,
@@ -170,6 +182,9 @@ def test_whole_numbers_do_for_fractions(write) -> None:
         ("[forest\nn_trees = 5", "is no TOML", "mend that line"),
         ("[explorer]\nn_steps = 0", "[explorer] n_steps: expected 1 or more", "that value"),
         ("[run]\nn_threads = -1", "[run] n_threads: expected 1 or more", "that value"),
+        ("[teacher]\npipeline = 'ours'", "`teacher.pipeline` is 'ours'", "'paper', 'default'"),
+        ("[teacher]\npipeline = 'paper'", "[teacher] temporal: expected false", "that value"),
+        ("[paper_segmentation.table]\nleaf = 0", "[paper_segmentation.table] leaf", "that value"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(write, text: str, found: str, remedy: str) -> None:

@@ -99,8 +99,8 @@ def test_missed_pixels_are_told_apart_by_what_they_were_taken_for() -> None:
         "taken for a support or a wall": 20,
         "no reading, or beyond the range": 40,
         "too small": 60,
-        "an object that other views deny": 20,
-        "part of no cluster": 60,
+        "in an object: enclosed by it, or denied by other views": 20,
+        "in no cluster": 60,
     }
 
 

@@ -15,7 +15,7 @@ from curiosight.exploration.progress import Negative, Undefined
 from curiosight.exploration.regions import OrientationSplit, PositionSplit
 from curiosight.exploration.strategies import Over
 from curiosight.features import ColourSpace, RowsPer
-from curiosight.segmentation import SegmentationSettings
+from curiosight.segmentation import PaperSettings, SegmentationSettings
 
 Preset = Literal["default", "paper"]
 PRESETS: tuple[Preset, ...] = get_args(Preset)
@@ -26,16 +26,22 @@ class TeacherConfig:
     """What the teacher takes a recording for, after a look at some of its frames.
 
     source: what labels the frames: "depth", "masks:FOLDER" or "boxes:FILE", see `teachers`.
-    temporal: with poses, what earlier views agree on corrects what teaches the learner.
+    pipeline: how depth labels them: "paper" is `PaperTeacher`, set by [paper_segmentation];
+        "default" is `Teacher`, set by [segmentation].
+    temporal: with poses, what earlier views agree on corrects what teaches the learner; not in
+        the paper's pipeline, which takes each frame alone.
     """
 
     source: str = "depth"
+    pipeline: Literal["paper", "default"] = "paper"
     scene: Literal["auto", "floor", "table"] = "auto"
     n_survey_frames: int = 24
     temporal: bool = False
 
     def __post_init__(self) -> None:
         _check_least("n_survey_frames", self.n_survey_frames, 1)
+        if self.temporal and self.pipeline == "paper":
+            raise ValueError("temporal: expected false with the pipeline 'paper', got true")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +139,7 @@ class Config:
     preset: Preset = "paper"
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
     segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)
+    paper_segmentation: PaperSettings = field(default_factory=PaperSettings)
     learner: LearnerConfig = field(default_factory=LearnerConfig)
     forest: ForestConfig = field(default_factory=ForestConfig)
     explorer: ExplorerConfig = field(default_factory=ExplorerConfig)
@@ -143,10 +150,10 @@ class Config:
     def of_preset(cls, preset: str) -> Config:
         """Return the settings of a preset.
 
-        `paper` is the paper's method to the letter. `default` describes superpixels instead of
-        pixels, in Lab and with their contrast, grows deeper, more varied trees that answer in
-        shares, and learns from what several views agree on: measured to be faster and better
-        (`benchmarks/`).
+        `paper` is the paper's method to the letter. `default` has a teacher that knows tables
+        and floors, and learns from what several views agree on; it describes superpixels instead
+        of pixels, in Lab and with their contrast, and grows deeper, more varied trees that answer
+        in shares: measured to be faster and better (`benchmarks/`).
         """
         if preset == "paper":
             return cls()
@@ -154,7 +161,7 @@ class Config:
             raise ValueError(f"preset: expected {' or '.join(PRESETS)}, got {preset!r}")
         return cls(
             preset="default",
-            teacher=TeacherConfig(temporal=True),
+            teacher=TeacherConfig(pipeline="default", temporal=True),
             segmentation=SegmentationSettings(follow_sensor=True),
             learner=LearnerConfig(
                 rows_per="superpixel",
@@ -165,6 +172,12 @@ class Config:
             ),
             forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
         )
+
+    @property
+    def max_range(self) -> float:
+        """How far along z depth teaches, in metres."""
+        is_paper = self.teacher.pipeline == "paper"
+        return self.paper_segmentation.max_range if is_paper else self.segmentation.max_range
 
 
 def load_config(

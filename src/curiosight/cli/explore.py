@@ -165,7 +165,7 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         talk.note("the model goes on with its own features and forest, not with these settings'")
     talk.note(
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
-        f"{run.teacher.survey.scene}, tested on: {run.truth.kind}"
+        f"{run.survey.scene}, tested on: {run.truth.kind}"
     )
     n_within_reach = len(run.world.views)
     if n_within_reach < len(run.dataset):

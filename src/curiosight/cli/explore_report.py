@@ -100,7 +100,7 @@ def draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Exampl
         run.regions,
         _visited(run),
         folder.file("figures/regions.png"),
-        up=run.teacher.survey.up_world,
+        up=run.survey.up_world,
     )
     if taught:
         draw_examples(taught, folder.file("figures/examples.png"))
@@ -110,7 +110,7 @@ def _room_map(run: Exploration) -> RoomMap:
     """Return where the run looked; of a drawn room also what stands there."""
     visited = _visited(run)
     if not isinstance(run.dataset, RoomViews):
-        views = seen_from_above(run.dataset.poses, run.teacher.survey.up_world)
+        views = seen_from_above(run.dataset.poses, run.survey.up_world)
         return RoomMap(views, run.regions.of_view, visited)
     room = run.dataset.room
     furniture = [Footprint(placed.furniture.name, placed.footprint) for placed in room.furniture]

@@ -11,7 +11,7 @@ from curiosight.cli.talk import Talk
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.experiments.components import choose_regions, make_teacher
+from curiosight.experiments.components import choose_regions, survey_dataset
 from curiosight.segmentation import Survey
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
@@ -80,7 +80,7 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
 def _survey(config: Config, dataset: Dataset) -> Survey | None:
     """Look at some frames; None where there is no depth or no usable frame."""
     try:
-        return make_teacher(config, dataset).survey
+        return survey_dataset(config, dataset)
     except DataError:
         return None
 

@@ -65,7 +65,8 @@ Temporal = Annotated[
     bool,
     typer.Option(
         "--temporal",
-        help="With poses: let what several views agree on correct each of them.",
+        help="With poses: let what several views agree on correct each of them (not with "
+        "--preset paper).",
         rich_help_panel=SETTINGS,
     ),
 ]

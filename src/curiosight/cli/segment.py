@@ -31,6 +31,14 @@ def segment(
             rich_help_panel=options.OUTPUT,
         ),
     ] = False,
+    confidence: Annotated[
+        bool,
+        typer.Option(
+            "--confidence",
+            help="Also write confidence/<id>.png: how sure each label is, 255 = certain.",
+            rich_help_panel=options.OUTPUT,
+        ),
+    ] = False,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
     out: options.Out = None,
@@ -50,7 +58,13 @@ def segment(
     dataset = open_source(source)
     with announce_compilation(talk.console):
         segmenting = Segmenting(
-            settings, dataset, folder, every=every, temporal=temporal, reasons=reasons
+            settings,
+            dataset,
+            folder,
+            every=every,
+            temporal=temporal,
+            reasons=reasons,
+            confidence=confidence,
         )
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)

@@ -10,16 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label
-from curiosight.segmentation import Segmentation, Verdict
+from curiosight.segmentation import REASONS, Segmentation
+from curiosight.segmentation.segmented import ALONE
 
 Labels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
 
-# Why a pixel of an object is not labelled salient, where no verdict on a cluster says it.
+# Why a pixel of an object is not labelled salient, where it is not unknown either.
 NOT_SALIENT = "taken for a support or a wall"
-UNAVAILABLE = "no reading, or beyond the range"
-UNGROUPED = "part of no cluster"
-OUTVOTED = "an object that other views deny"
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,16 +131,12 @@ def missed_by_reason(segmentation: Segmentation, missed: Mask) -> Counter[str]:
 
     missed: (H, W) pixels of true objects that are not labelled salient.
     """
-    labels = segmentation.labels[missed]
-    reasons: Counter[str] = Counter()
+    labels, why = segmentation.labels[missed], segmentation.reasons()[missed]
+    n_for_reason = np.bincount(why[labels != Label.NOT_SALIENT], minlength=len(REASONS))
+    reasons = Counter(dict(zip(REASONS.values(), n_for_reason.tolist(), strict=True)))
     reasons[NOT_SALIENT] = int(np.count_nonzero(labels == Label.NOT_SALIENT))
-    reasons[UNAVAILABLE] = int(np.count_nonzero(labels == Label.UNAVAILABLE))
-    clusters = segmentation.cluster_of_pixel[missed][labels == Label.UNKNOWN]
-    n_in = np.bincount(clusters, minlength=len(segmentation.clusters) + 1).tolist()
-    reasons[segmentation.problem or UNGROUPED] += n_in[0]
-    for cluster, n_pixels in zip(segmentation.clusters, n_in[1:], strict=True):
-        is_object = cluster.verdict is Verdict.OBJECT
-        reasons[OUTVOTED if is_object else cluster.verdict.value] += n_pixels
+    if segmentation.problem is not None:
+        reasons[segmentation.problem] = reasons.pop(ALONE)
     return +reasons  # without the zeros
 
 

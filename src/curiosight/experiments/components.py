@@ -16,44 +16,66 @@ from curiosight.features import count_features
 from curiosight.forest import Forest
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner import SaliencyLearner, Teaches
-from curiosight.segmentation import Survey, Teacher, TemporalTeacher, survey_recording
+from curiosight.segmentation import (
+    PaperTeacher,
+    Survey,
+    Teacher,
+    TemporalTeacher,
+    survey_recording,
+)
 from curiosight.teachers import open_teacher
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
 from curiosight.worlds.rooms.views import RoomViews
 
 
-def make_teacher(config: Config, dataset: Dataset) -> Teacher:
-    """Survey a recording and return the teacher for it.
+def survey_dataset(config: Config, dataset: Dataset) -> Survey:
+    """Look at some frames of a recording and find what they share.
 
-    Raises `DataError` where the recording has no frame that can be used, or no depth, unless
-    the settings name another teacher.
+    Raises `DataError` where it has no frame that can be used, or no depth, unless the settings
+    name another teacher.
     """
-    return _surveyed(config, _survey_frames(config, dataset))
+    return _survey(config, _survey_frames(config, dataset))
 
 
-def choose_teacher(config: Config, teacher: Teacher) -> Teaches:
-    """Return what labels the frames: the depth teacher, or the labels that the settings name."""
-    return teacher if config.teacher.source == "depth" else open_teacher(config.teacher.source)
+def make_teacher(
+    config: Config, dataset: Dataset, survey: Survey | None = None, *, temporal: bool = False
+) -> Teaches:
+    """Return what labels a recording's frames: depth, or the masks or boxes that settings name.
+
+    survey: of the recording; None = it is made, see `survey_dataset`.
+    temporal: the teacher remembers what it sees, and has seen the frames of the survey. Only
+        `Teacher` can; raises `ValueError` for another.
+    """
+    source, pipeline = config.teacher.source, config.teacher.pipeline
+    if temporal and source != "depth":
+        raise ValueError(f"temporal: expected teacher depth, got {source!r}")
+    if temporal and pipeline == "paper":
+        raise ValueError("temporal: expected the pipeline 'default', got 'paper'")
+    if source != "depth":
+        return open_teacher(source)
+    frames: Iterable[Frame] = _survey_frames(config, dataset)
+    if temporal:
+        frames = list(frames)
+    survey = survey or _survey(config, frames)
+    if pipeline == "paper":
+        return PaperTeacher(survey.scene, config.paper_segmentation)
+    teacher = Teacher(survey, config.segmentation)
+    if not temporal:
+        return teacher
+    remembering = TemporalTeacher(teacher)
+    remembering.remember(frames)
+    return remembering
 
 
-def make_temporal_teacher(config: Config, dataset: Dataset) -> TemporalTeacher:
-    """Return a teacher that remembers the frames of its survey; raises as `make_teacher`."""
-    frames = list(_survey_frames(config, dataset))
-    teacher = TemporalTeacher(_surveyed(config, frames))
-    teacher.remember(frames)
-    return teacher
-
-
-def _surveyed(config: Config, frames: Iterable[Frame]) -> Teacher:
-    survey = survey_recording(frames, config.segmentation, scene=config.teacher.scene)
-    return Teacher(survey, config.segmentation)
+def _survey(config: Config, frames: Iterable[Frame]) -> Survey:
+    return survey_recording(frames, config.segmentation, scene=config.teacher.scene)
 
 
 def _survey_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
     """Yield evenly spaced usable frames, or the first usable one where those are all bad.
 
-    None without depth, where the settings name another teacher; raises as `make_teacher`.
+    None without depth, where the settings name another teacher; raises as `survey_dataset`.
     """
     if not dataset.has_depth:
         if config.teacher.source != "depth":
@@ -97,8 +119,8 @@ def make_learner(
 ) -> SaliencyLearner:
     """Return a learner that has seen nothing yet.
 
-    teacher: where it is ours and the settings say so, the learner hears what several views
-        agree on (`TemporalTeacher`), or the labels of `choose_teacher` instead.
+    teacher: where it can and the settings say so, the learner hears what several views agree
+        on (`TemporalTeacher`).
     rng: None = one made from the seed.
     """
     settings = config.forest
@@ -133,10 +155,9 @@ def make_learner(
 
 def _heard(config: Config, teacher: Teaches | None) -> Teaches | None:
     """Return what a learner hears of a teacher, see `make_learner`."""
-    if not isinstance(teacher, Teacher):
-        return teacher
-    chosen = choose_teacher(config, teacher)
-    return TemporalTeacher(teacher) if chosen is teacher and config.teacher.temporal else chosen
+    if config.teacher.temporal and isinstance(teacher, Teacher):
+        return TemporalTeacher(teacher)
+    return teacher
 
 
 def load_learner(

@@ -46,7 +46,7 @@ class Demonstration:
         self.exploration = Exploration(
             config, views, out, test_source=views.test_views(N_TEST_VIEWS)
         )
-        max_range = config.segmentation.max_range
+        max_range = config.max_range
         self._scores = MapScores(max_range=max_range, threshold=self.exploration.learner.threshold)
         self._baseline_scores = MapScores(max_range=max_range)
         self._n_tested = 0

@@ -14,7 +14,6 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
 from curiosight.experiments.components import (
-    choose_teacher,
     count_learned,
     load_learner,
     make_teacher,
@@ -24,8 +23,7 @@ from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.frame import Frame
-from curiosight.learner import SaliencyLearner
-from curiosight.segmentation import Teacher
+from curiosight.learner import SaliencyLearner, Teaches
 
 
 class Evaluation:
@@ -40,12 +38,11 @@ class Evaluation:
     def __init__(self, config: Config, model: Path, dataset: Dataset) -> None:
         self._model = model
         self.learner, self.config = load_learner(model, config, None)
-        teacher = make_teacher(config, dataset) if dataset.has_depth else None
+        has_teacher = dataset.has_depth or config.teacher.source != "depth"
+        teacher = make_teacher(config, dataset) if has_teacher else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.n_learned = count_learned(self.learner, dataset, self.truth.indices)
-        self.scores = MapScores(
-            max_range=config.segmentation.max_range, threshold=self.learner.threshold
-        )
+        self.scores = MapScores(max_range=config.max_range, threshold=self.learner.threshold)
         self.problems = Problems()
 
     def __len__(self) -> int:
@@ -80,7 +77,7 @@ class CrossValidation:
         *,
         n_folds: int,
         split: SplitKind,
-        teacher: Teacher | None = None,
+        teacher: Teaches | None = None,
     ) -> None:
         self.config = config
         self.dataset = dataset
@@ -89,11 +86,8 @@ class CrossValidation:
         self.split = split
         self.n_learned = 0
         self.off_line = OffLine(config, dataset, teacher=teacher)
-        teaching = choose_teacher(config, self.off_line.teacher)
-        self.truth = find_truth(dataset, range(len(dataset)), teaching)
-        self.scores = MapScores(
-            max_range=config.segmentation.max_range, threshold=self.learner.threshold
-        )
+        self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
+        self.scores = MapScores(max_range=config.max_range, threshold=self.learner.threshold)
         self.problems = self.off_line.problems
 
     @property

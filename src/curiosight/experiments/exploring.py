@@ -17,7 +17,6 @@ from curiosight.evaluation import HeldOut, every_nth
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
-    choose_teacher,
     count_learned,
     load_learner,
     make_learner,
@@ -25,6 +24,7 @@ from curiosight.experiments.components import (
     make_world,
     note_frames,
     place,
+    survey_dataset,
 )
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
@@ -81,8 +81,9 @@ class Exploration:
         if test_source is None and not config.test.every and isinstance(dataset, RoomViews):
             test_source = dataset.test_views(N_ROOM_TEST_VIEWS)
         training, test = _split(config, dataset, test_source)
-        self.teacher = make_teacher(config, dataset)
-        self.regions = choose_regions(config, dataset, self.teacher.survey)
+        self.survey = survey_dataset(config, dataset)
+        self.teacher = make_teacher(config, dataset, self.survey)
+        self.regions = choose_regions(config, dataset, self.survey)
         if continued is None:
             self.learner = make_learner(config, self.teacher, learner_rng)
         else:
@@ -125,13 +126,12 @@ class Exploration:
     def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
         max_frames = self.config.test.max_frames
         if test_source is None:
-            teacher = choose_teacher(self.config, self.teacher)
-            return find_truth(self.dataset, test, teacher, max_frames=max_frames)
+            return find_truth(self.dataset, test, self.teacher, max_frames=max_frames)
         everything = range(len(test_source))
         has_truth = any(map(test_source.has_ground_truth, everything))
         if has_truth:
             return find_truth(test_source, everything, None, max_frames=max_frames)
-        teacher = choose_teacher(self.config, make_teacher(self.config, test_source))
+        teacher = make_teacher(self.config, test_source)
         return find_truth(test_source, everything, teacher, max_frames=max_frames)
 
     def _watch(self) -> Stopwatch:
@@ -169,7 +169,7 @@ class Exploration:
             "preset": self.config.preset,
             "seed": self.config.run.seed,
             "regions": self.regions.kind,
-            "scene": self.teacher.survey.scene,
+            "scene": self.survey.scene,
             "steps": len(self.rows),
             "distinct_frames": len({row.id for row in self.rows}),
             "training_frames": len(self.world.views),

@@ -10,12 +10,17 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import make_learner, make_teacher, note_frames, place
+from curiosight.experiments.components import (
+    make_learner,
+    make_teacher,
+    note_frames,
+    place,
+    survey_dataset,
+)
 from curiosight.experiments.problems import Problems
 from curiosight.features import Rows
 from curiosight.frame import Frame
-from curiosight.learner import SaliencyLearner, fit_labels
-from curiosight.segmentation import Teacher
+from curiosight.learner import SaliencyLearner, Teaches, fit_labels
 
 SPARE = 4
 Samples = tuple[Rows, npt.NDArray[np.bool_]]
@@ -30,10 +35,11 @@ class OffLine:
     the same however long the recording is.
     """
 
-    def __init__(self, config: Config, dataset: Dataset, *, teacher: Teacher | None = None) -> None:
+    def __init__(self, config: Config, dataset: Dataset, *, teacher: Teaches | None = None) -> None:
         self.config = config
         self.dataset = dataset
-        self.teacher = teacher or make_teacher(config, dataset)
+        self.survey = survey_dataset(config, dataset)
+        self.teacher = teacher or make_teacher(config, dataset, self.survey)
         self.learner: SaliencyLearner = make_learner(config, self.teacher)
         spare = SPARE * config.forest.max_samples // len(dataset)
         self._n_pixels = max(1, min(config.learner.n_pixels, spare))
@@ -76,7 +82,7 @@ class OffLine:
             "layout": self.dataset.name,
             "preset": self.config.preset,
             "seed": self.config.run.seed,
-            "scene": self.teacher.survey.scene,
+            "scene": self.survey.scene,
             "frames": len(self._samples),
             "samples_drawn": sum(len(rows) for rows, _ in self._samples.values()),
             "samples_kept": self.learner.forest.n_samples,

@@ -7,7 +7,7 @@ from typing import Any
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import make_teacher, make_temporal_teacher
+from curiosight.experiments.components import make_teacher
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
@@ -37,8 +37,7 @@ class Proposing:
                 raise ValueError(f"{name}: expected 1 or more, got {value}")
         self.indices = range(0, len(dataset), every)
         self.problems = Problems()
-        make = make_temporal_teacher if temporal else make_teacher
-        self._teacher = make(config, dataset)
+        self._teacher = make_teacher(config, dataset, temporal=temporal)
         self._memory_mb = config.run.memory_mb
         self._dataset, self._learner, self._top = dataset, learner, top
         self._proposals: dict[str, list[Proposal]] = {}

@@ -14,16 +14,10 @@ from curiosight.datasets.recording import InstanceTruth
 from curiosight.errors import DataError
 from curiosight.evaluation import TeacherScores, score_frame
 from curiosight.evaluation.teacher_counts import Mask
-from curiosight.experiments.components import (
-    choose_teacher,
-    make_teacher,
-    make_temporal_teacher,
-    place,
-)
+from curiosight.experiments.components import make_teacher, place
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.learner import Teaches
 from curiosight.segmentation import Segmentation
 
 COLUMNS = (
@@ -92,7 +86,7 @@ class Scoring:
         self.n_tried = 0
         self._counted = with_truth[:: settings.every]
         self._seen = range(self._counted[-1] + 1) if temporal else self._counted
-        self._teacher = _make_teacher(config, dataset, temporal)
+        self._teacher = make_teacher(config, dataset, temporal=temporal)
         self._config = config
         self._dataset = dataset
         self._out = out
@@ -170,11 +164,3 @@ class Scoring:
         }
         self._out.write_json("teacher.json", figures)
         return figures
-
-
-def _make_teacher(config: Config, dataset: Dataset, temporal: bool) -> Teaches:
-    if temporal:
-        if config.teacher.source != "depth":
-            raise ValueError(f"temporal: expected teacher depth, got {config.teacher.source!r}")
-        return make_temporal_teacher(config, dataset)
-    return choose_teacher(config, make_teacher(config, dataset))

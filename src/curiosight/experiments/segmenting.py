@@ -11,18 +11,19 @@ from scipy.ndimage import find_objects
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.experiments.components import make_teacher, make_temporal_teacher
+from curiosight.experiments.components import make_teacher, survey_dataset
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.segmentation import REASONS, Cluster, Segmentation
+from curiosight.segmentation import REASONS, Cluster, Segmentation, Teacher, TemporalTeacher
 
 
 class Segmenting:
     """Segment every `every`-th frame of a recording, frame by frame.
 
     temporal: with poses, let earlier views correct each frame, see `TemporalTeacher`.
-    reasons: write why pixels are unknown, too.
+    reasons: write why pixels are unknown, too. confidence: write how sure each label is, too;
+        raises `ValueError` for a teacher that cannot tell.
     """
 
     def __init__(
@@ -34,17 +35,23 @@ class Segmenting:
         every: int = 1,
         temporal: bool = False,
         reasons: bool = False,
+        confidence: bool = False,
     ) -> None:
         if every < 1:
             raise ValueError(f"every: expected 1 or more, got {every}")
         self.indices = range(0, len(dataset), every)
         self.problems = Problems()
-        make = make_temporal_teacher if temporal else make_teacher
-        self._teacher = make(config, dataset)
+        self._survey = survey_dataset(config, dataset)
+        self._teacher = make_teacher(config, dataset, self._survey, temporal=temporal)
         self._memory_mb = config.run.memory_mb
         self._dataset = dataset
         self._out = out
         self._writes_reasons = reasons
+        self._measured: Teacher | TemporalTeacher | None = None
+        if confidence:
+            if not isinstance(self._teacher, Teacher | TemporalTeacher):
+                raise ValueError("confidence: expected the pipeline 'default', got another teacher")
+            self._measured = self._teacher
         self._objects: dict[str, list[dict[str, Any]]] = {}
 
     def __len__(self) -> int:
@@ -63,6 +70,10 @@ class Segmenting:
                 self._out.write_image(f"instances/{frame.id}.png", instances)
                 if self._writes_reasons:
                     self._out.write_image(f"reasons/{frame.id}.png", segmentation.reasons())
+                if self._measured is not None:
+                    sure = self._measured.confidence(frame, segmentation)
+                    grey = np.rint(255 * sure).astype(np.uint8)
+                    self._out.write_image(f"confidence/{frame.id}.png", grey)
                 self._objects[frame.id] = describe_objects(instances, segmentation.objects)
                 self.problems.add(frame, segmentation.problem)
                 yield frame, segmentation
@@ -78,7 +89,7 @@ class Segmenting:
         return {
             "frames": len(self._objects),
             "objects": sum(map(len, self._objects.values())),
-            "scene": self._teacher.survey.scene,
+            "scene": self._survey.scene,
             "problems": self.problems.counts(),
         }
 

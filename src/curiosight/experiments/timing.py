@@ -16,7 +16,7 @@ import numpy as np
 from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.experiments.components import choose_teacher, make_learner, make_teacher, place
+from curiosight.experiments.components import make_learner, make_teacher, place
 from curiosight.frame import Frame
 from curiosight.learner import Description, Labels, fit_labels
 
@@ -83,7 +83,7 @@ class Timing:
             raise ValueError(f"stage: expected {', '.join(STAGES)}, got {', '.join(stages)!r}")
         self.config = replace(config, run=replace(config.run, n_threads=1))
         self.times = {stage: StageTimes() for stage in STAGES if stage in stages}
-        self.teacher = choose_teacher(self.config, make_teacher(self.config, dataset))
+        self.teacher = make_teacher(self.config, dataset)
         self.learner = make_learner(self.config, None)
         self._dataset = dataset
         self._timed = _spread(n_frames, len(dataset))

@@ -1,8 +1,11 @@
 """The teacher's depth segmentation: salient, not salient, unknown (sec. II-A.2)."""
 
+from curiosight.segmentation.paper_settings import PaperSettings, PaperSupport
+from curiosight.segmentation.paper_teacher import PaperTeacher
+from curiosight.segmentation.segmented import REASONS, Segmentation
 from curiosight.segmentation.settings import FLOOR, TABLE, SegmentationSettings, SupportSettings
 from curiosight.segmentation.survey import SCENES, Survey, survey_recording
-from curiosight.segmentation.teacher import REASONS, Segmentation, Teacher
+from curiosight.segmentation.teacher import Teacher
 from curiosight.segmentation.temporal import TemporalTeacher
 from curiosight.segmentation.verdicts import Cluster, Verdict
 
@@ -12,6 +15,9 @@ __all__ = [
     "SCENES",
     "TABLE",
     "Cluster",
+    "PaperSettings",
+    "PaperSupport",
+    "PaperTeacher",
     "Segmentation",
     "SegmentationSettings",
     "SupportSettings",

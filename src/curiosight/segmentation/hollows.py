@@ -38,17 +38,18 @@ def find_hollows(
     for object_number, (left, top, right, bottom) in boxes:
         box = slice(top, bottom), slice(left, right)
         is_around = (number[box] != object_number).astype(np.uint8)
-        n_pieces, piece = cv2.connectedComponents(is_around, connectivity=4)
-        at_edge = np.unique(np.concatenate([piece[[0, -1]].ravel(), piece[:, [0, -1]].ravel()]))
-        for enclosed in np.setdiff1d(np.arange(1, n_pieces), at_edge):
-            is_hole = piece == enclosed
-            is_bottom = is_hole & is_support[box]
+        _, piece, stats, _ = cv2.connectedComponentsWithStats(is_around, connectivity=4)
+        for enclosed, (u, v, width, height, n_points) in enumerate(stats[1:], start=1):
+            if 0 in (u, v) or u + width == right - left or v + height == bottom - top:
+                continue
+            # With the row above it.
+            part = slice(top + v - 1, top + v + height), slice(left + u, left + u + width)
+            is_bottom = piece[v - 1 : v + height, u : u + width] == enclosed
+            is_bottom &= is_support[part]
             edge = is_bottom[1:] & ~is_bottom[:-1]
-            step = points.depth[box][:-1][edge] - points.depth[box][1:][edge]
-            n_rising = np.count_nonzero(np.abs(step) < max_step)
-            if (
-                np.count_nonzero(is_bottom) > min_share * np.count_nonzero(is_hole)
-                and n_rising > min_share * np.count_nonzero(edge)
-            ):
-                hollows[box][is_bottom] = object_number
+            step = points.depth[part][:-1][edge] - points.depth[part][1:][edge]
+            is_mostly_bottom = np.count_nonzero(is_bottom) > min_share * n_points
+            is_rising = np.abs(step) < max_step
+            if is_mostly_bottom and np.count_nonzero(is_rising) > min_share * len(is_rising):
+                hollows[part][is_bottom] = object_number
     return hollows

@@ -68,7 +68,9 @@ def _core(smooth: Array) -> Array:
     """(h, w) bool: in the middle of a square of one number."""
     square = np.ones((CORE, CORE), np.uint8)
     numbers = smooth.astype(np.float32)
-    core: Array = cv2.erode(numbers, square) == cv2.dilate(numbers, square)
+    # No square reaches beyond the grid: how much of the image is looked at must not matter.
+    least = cv2.erode(numbers, square, borderType=cv2.BORDER_CONSTANT, borderValue=-1)
+    core: Array = least == cv2.dilate(numbers, square)
     return core & (smooth >= 0)
 
 
@@ -114,15 +116,15 @@ def _link(
 def in_front(xyz: Array, normals: Array, one: int, other: int) -> float:
     """Return by how many metres one of two points lies before the other's tangent plane.
 
-    Positive for a concave surface and for a step, negative for a convex one; NaN where a normal
-    is not known. xyz, normals: (n, 3).
+    Positive for a concave surface and for a step, negative for a convex one. Where one of the
+    two normals is not known the other tells it; NaN where neither is. xyz, normals: (n, 3).
     """
     at_one, at_other = 0.0, 0.0
     for axis in range(3):
         way = xyz[other, axis] - xyz[one, axis]
         at_one += way * normals[one, axis]
         at_other -= way * normals[other, axis]
-    return max(at_one, at_other)
+    return float(np.fmax(at_one, at_other))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

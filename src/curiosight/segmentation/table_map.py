@@ -178,7 +178,7 @@ def _is_upholstered_or_full(
     max_seat_height: float = 0.62,
     min_bed_area: float = 1.5,
     min_enclosed: float = 0.3,
-    min_filled: float = 0.5,
+    min_filled: float = 0.65,
 ) -> bool:
     """Tell a sofa or a bed, low and wide or with a back and arms, and a full shelf.
 

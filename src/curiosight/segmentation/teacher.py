@@ -2,89 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.segmentation.background import border_mask, on_supports, on_walls
+from curiosight.segmentation.confidence import measure_confidence
+from curiosight.segmentation.footing import find_footing
 from curiosight.segmentation.hollows import find_hollows
 from curiosight.segmentation.objects import find_objects
 from curiosight.segmentation.planes import Mask, noise_band
 from curiosight.segmentation.points import Points, observe_points, spread
+from curiosight.segmentation.segmented import Segmentation
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
     PLANE_BAND,
-    KnownTable,
     Support,
-    choose_supports,
-    share_below,
 )
 from curiosight.segmentation.survey import Survey
 from curiosight.segmentation.things import Surroundings
-from curiosight.segmentation.up import up_from_normals, ups_from_normals
 from curiosight.segmentation.verdicts import Cluster, Verdict
 from curiosight.segmentation.wall_map import moved, recognise
 from curiosight.segmentation.walls import Wall, find_walls
 
 Array = npt.NDArray[Any]
-# Codes of `Segmentation.reasons`. What votes of other views took back says "object".
-REASONS = {
-    0: "known",
-    1: "no reading, or beyond the range",
-    2: "in no cluster",
-    **{code: verdict.value for code, verdict in enumerate(Verdict, start=3)},
-}
-# A camera without poses tilts and rolls by less from one frame to the next.
-MAX_TURN = np.radians(12)
-# More of the points below the lowest support, and it is no floor.
-MAX_SHARE_BELOW = 0.10
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Segmentation:
-    """What the teacher says of one frame.
-
-    labels: (H, W) uint8, the codes of `Label`.
-    cluster_of_pixel: (H, W) uint16, 1 + the place in `clusters`; 0 = none.
-    supports, walls: in the camera's frame, lowest support first.
-    problem: why nothing could be said; None = nothing is wrong.
-    """
-
-    labels: npt.NDArray[np.uint8]
-    cluster_of_pixel: npt.NDArray[np.uint16]
-    clusters: tuple[Cluster, ...] = ()
-    supports: tuple[Support, ...] = ()
-    walls: tuple[Wall, ...] = ()
-    problem: str | None = None
-
-    @classmethod
-    def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:
-        """Return a segmentation that says nothing but labels: for a detector of one's own."""
-        return cls(labels, np.zeros(labels.shape, np.uint16), problem=problem)
-
-    @property
-    def objects(self) -> tuple[Cluster, ...]:
-        """The clusters that passed every test, in the order of their instance numbers."""
-        return tuple(c for c in self.clusters if c.verdict is Verdict.OBJECT)
-
-    def reasons(self) -> npt.NDArray[np.uint8]:
-        """(H, W) why each pixel is unknown or unavailable, codes of `REASONS`; 0 = neither."""
-        codes = {reason: code for code, reason in REASONS.items()}
-        of_cluster = [codes["in no cluster"], *(codes[c.verdict.value] for c in self.clusters)]
-        reasons = np.array(of_cluster, np.uint8)[self.cluster_of_pixel]
-        reasons[self.labels == Label.UNAVAILABLE] = codes["no reading, or beyond the range"]
-        reasons[(self.labels == Label.SALIENT) | (self.labels == Label.NOT_SALIENT)] = 0
-        return reasons
-
-    def instances(self) -> npt.NDArray[np.uint16]:
-        """(H, W) number of each pixel's object, from 1; 0 = none."""
-        number = np.zeros(len(self.clusters) + 1, np.uint16)
-        is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in self.clusters])
-        number[is_object] = np.arange(1, 1 + is_object.sum())
-        return number[self.cluster_of_pixel]
 
 
 class Teacher:
@@ -113,7 +56,7 @@ class Teacher:
         if problem is not None or frame.depth is None or frame.camera is None:
             return self._nothing(frame, problem)
         points = observe_points(frame.depth, frame.camera)
-        supports = self._supports(points, frame, up)
+        supports = find_footing(points, frame.T_world_camera, self.survey, self.settings, up=up)
         if not any(support.plane.inliers.any() for support in supports):
             return self._nothing(frame, "no support plane is in view")
         in_range = points.depth <= self.settings.max_range
@@ -129,58 +72,16 @@ class Teacher:
         labels, number = _at_full_size(labels, number, points, frame.depth, self.settings.max_range)
         return Segmentation(labels, number, tuple(clusters), tuple(supports), tuple(walls))
 
+    def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
+        """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
+        return measure_confidence(frame, segmentation, self.settings)
+
     def _nothing(self, frame: Frame, problem: str | None) -> Segmentation:
         shape = frame.rgb.shape[:2]
         depth = np.full(shape, np.nan, np.float32) if frame.depth is None else frame.depth
         is_near = depth <= self.settings.max_range
         labels = np.where(is_near, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
         return Segmentation.of_labels(labels, problem)
-
-    def _supports(self, points: Points, frame: Frame, about_up: Array | None) -> list[Support]:
-        """Return the supports in view, lowest first; empty when there is none.
-
-        Where neither a pose nor the frames before tell which way is up, surfaces do: what most
-        of them face, unless much lies below the lowest support then, as when the largest
-        surface is a box's side.
-        """
-        pose, scene = frame.T_world_camera, self.survey.scene
-        if self.survey.up_world is not None and pose is not None:
-            camera_height = self.survey.camera_height(pose)
-            known_tables = [
-                KnownTable(
-                    camera_height - table.height,
-                    table.inset_of(points, pose),
-                    table.carries_objects,
-                )
-                for table in self.survey.tables
-                if camera_height is not None
-                and table.is_in_view(points, pose, self.settings.max_range)
-            ]
-            return choose_supports(
-                points,
-                pose[:3, :3].T @ self.survey.up_world,
-                self.settings,
-                scene=scene,
-                camera_height=camera_height,
-                known_tables=known_tables,
-            )
-        keep = np.flatnonzero(points.area > 0)
-        surface = points.normals_at(keep), points.area.take(keep)
-        if about_up is not None:
-            tilted = up_from_normals(*surface, prior=about_up, max_angle=MAX_TURN)
-            return (
-                choose_supports(points, tilted, self.settings, scene=scene)
-                if tilted is not None
-                else []
-            )
-        first: list[Support] = []
-        for up in ups_from_normals(*surface):
-            supports = choose_supports(points, up, self.settings, scene=scene)
-            if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
-                return supports
-            first = first or supports
-        # Below a table there is much to see; below a floor there is not.
-        return first if scene == "table" else []
 
     def _walls(
         self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame
@@ -215,11 +116,11 @@ class Teacher:
 
 def _hollows(number: Array, clusters: list[Cluster], is_support: Mask, points: Points) -> Array:
     """(h, w) int32 number of the object that a point of a support is inside of, 0 = none."""
-    boxes = [
-        (place, tuple(end // points.stride for end in cluster.box))
-        for place, cluster in enumerate(clusters, start=1)
-        if cluster.verdict is Verdict.OBJECT
-    ]
+    boxes = []
+    for place, cluster in enumerate(clusters, start=1):
+        if cluster.verdict is Verdict.OBJECT:
+            u_min, v_min, u_max, v_max = (end // points.stride for end in cluster.box)
+            boxes.append((place, (u_min, v_min, u_max, v_max)))
     return find_hollows(number, boxes, is_support, points)
 
 

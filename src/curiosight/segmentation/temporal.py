@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.segmentation.points import spread
+from curiosight.segmentation.segmented import Segmentation
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.survey import Survey
-from curiosight.segmentation.teacher import Segmentation, Teacher
+from curiosight.segmentation.teacher import Teacher
 from curiosight.segmentation.tracking import UpTracker
 from curiosight.segmentation.verdicts import Verdict
 from curiosight.segmentation.votes import VoxelVotes
@@ -81,6 +82,10 @@ class TemporalTeacher:
             beyond=Label.UNAVAILABLE,
         )
         return replace(alone, labels=full.astype(np.uint8))
+
+    def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
+        """(H, W) in [0, 1]: as sure as the frame by itself makes it, see `Teacher.confidence`."""
+        return self.teacher.confidence(frame, segmentation)
 
     def _tracked(self, frame: Frame) -> Segmentation:
         if frame.depth is None or frame.problem is not None:

@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, Self
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
 from curiosight.segmentation.groups import Groups
+from curiosight.segmentation.hollows import find_hollows
 from curiosight.segmentation.patches import REACH, TOLERANCE, find_patches, in_front
 from curiosight.segmentation.planes import noise_band
 from curiosight.segmentation.points import Points
@@ -27,23 +29,25 @@ def part_touching(things: list[Thing], support: Support, around: Surroundings) -
     """Return the objects that things on a support consist of, together the same points.
 
     Two patches are one object where they meet convexly, where one is the inside of a bowl or a
-    cup that the other is the outside of, and where they are one surface that goes on behind
-    something, even if the two were of different things.
+    cup that the other is the outside of, where both are beside one hollow, and where they are one
+    surface that goes on behind something, even if the two were of different things.
     """
-    box = _box_around(things)
-    points, thing = _window(around.points, box), np.zeros(around.points.depth.shape, np.int32)
+    box, noise = _box_around(things), around.settings.noise
+    points, heights = _window(around.points, box), support.heights[box]
+    thing: Array = np.zeros(around.points.depth.shape, np.int32)
     for number, one in enumerate(things, start=1):
         thing.ravel()[one.members] = number
     thing = thing[box]
-    patch = find_patches(thing, points, around.settings.noise)
+    patch = find_patches(thing, points, noise)
     # A thing without a patch stays in one piece.
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
     where = np.flatnonzero(patch)
     groups = Groups.of(where, patch.take(where))
-    heights = support.heights[box].take(groups.members)
-    patches = Patches.measure(groups, points, heights, around.settings.noise)
+    patches = Patches.measure(groups, points, heights.take(groups.members), noise)
     parent = np.arange(len(groups))
     join_linked(patches.meet_convexly() | patches.are_inside() | patches.go_on_behind(), parent)
+    is_level = np.abs(heights) < noise_band(points.depth, support.settings.slab, noise)
+    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
     whose = thing.take(groups.members[groups.start[:-1]])
     min_points = around.settings.min_cluster_px / points.stride**2
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
@@ -56,9 +60,8 @@ def part_touching(things: list[Thing], support: Support, around: Surroundings) -
 
 def _box_around(things: list[Thing]) -> tuple[slice, slice]:
     """Return the rows and columns of the grid that hold all of the things."""
-    boxes = np.array([thing.box for thing in things])
-    (left, top), (right, bottom) = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
-    return slice(int(top), int(bottom)), slice(int(left), int(right))
+    left, top, right, bottom = zip(*(thing.box for thing in things), strict=True)
+    return slice(min(top), max(bottom)), slice(min(left), max(right))
 
 
 def _window(points: Points, box: tuple[slice, slice]) -> Points:
@@ -160,6 +163,39 @@ class Patches:
         return bool(n_between and np.count_nonzero(is_hidden) >= min_share * n_between)
 
 
+def _find_hollows(
+    things: list[Thing], thing: Array, is_level: Array, points: Points, box: tuple[slice, slice]
+) -> Array:
+    """(h, w) int32 number of the thing that each point is inside of, 0 = none.
+
+    thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
+    is_level: (h, w) bool, as high as the support.
+    """
+    left, top = box[1].start, box[0].start
+    boxes = [
+        (number, (u_min - left, v_min - top, u_max - left, v_max - top))
+        for number, (u_min, v_min, u_max, v_max) in enumerate((one.box for one in things), start=1)
+    ]
+    return find_hollows(thing, boxes, is_level & (thing == 0), points)
+
+
+def _join_around(
+    hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int = 2
+) -> None:
+    """Join the patches of a thing beside one of its hollows: the wall of one pot or open box.
+
+    All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
+    """
+    n_pieces, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    for one in range(1, n_pieces):
+        is_hollow = piece == one
+        is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
+        wall = np.unique(patch[is_beside & (thing == hollows[is_hollow][0])]) - 1
+        for other in wall[1:]:
+            join_nodes(parent, int(wall[0]), int(other))
+
+
 def _join_small(touching: Array, sizes: Array, whose: Array, least: float, parent: Array) -> None:
     """Join what is too small to be an object with what it touches most, or its thing's largest.
 
@@ -258,5 +294,5 @@ def _walk(number: Array, normals: Array, v: int, u: int, dv: int, du: int, reach
             continue
         there = row * width + column
         if number[row, column] == number[v, u] and normals[there, 0] == normals[there, 0]:
-            return there
+            return int(there)
     return -1

@@ -14,7 +14,8 @@ Array = npt.NDArray[Any]
 def number_sets(parent: Array) -> Array:
     """Return the (n,) number of each node's set, in the order of their first nodes.
 
-    parent: (n,) the node that each was joined to; in the beginning each is its own.
+    parent: (n,) the node that each was joined to; in the beginning each is its own. Ways to a
+        root are shortened, the sets stay.
     """
     number = np.full(len(parent), -1)
     _number_roots(parent, number)
@@ -38,7 +39,7 @@ def join_linked(links: Array, parent: Array) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def root_of(parent: Array, node: int) -> int:
-    """Return the first node of a node's tree, and halve the way to it for the next time."""
+    """Return the root of a node's tree, and halve the way to it for the next time."""
     while parent[node] != node:
         parent[node] = parent[parent[node]]
         node = parent[node]
