@@ -15,19 +15,19 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from curiosight.segmentation.groups import Groups
-from curiosight.segmentation.patches import CORE, _core, _grow, _link, find_patches, in_front
-from curiosight.segmentation.points import Points
-from curiosight.segmentation.touching import (
+from curiosight.segmentation.meetings import (
     CONCAVE,
     NEARER,
     SEEN,
     TOUCHING,
     Patches,
     _count_borders,
-    _join_small,
     _sum_patches,
     _walk,
 )
+from curiosight.segmentation.patches import CORE, _core, _grow, _link, find_patches, in_front
+from curiosight.segmentation.points import Points
+from curiosight.segmentation.touching import _join_small
 from curiosight.segmentation.union import join_linked, join_nodes, number_sets, root_of
 
 Array = npt.NDArray[Any]
