@@ -21,7 +21,7 @@ from curiosight.segmentation.supports import Support
 from curiosight.segmentation.table_map import Table
 from curiosight.segmentation.things import Surroundings
 from curiosight.segmentation.verdicts import _walls_at
-from curiosight.segmentation.wall_map import _is_in_view, recognise
+from curiosight.segmentation.wall_map import _is_in_view, _sides_of_view, recognise
 from curiosight.segmentation.walls import Wall
 from room import look
 from scenes import CAMERA, kinect_noise, see
@@ -142,8 +142,8 @@ def test_walls_that_points_are_near_are_in_view() -> None:
         wall_at(distance, heading)
         for distance, heading in zip(rng.uniform(0.3, 5, 90), rng.uniform(0, 360, 90), strict=True)
     ]
-    are_in_view = [_is_in_view(points, wall) for wall in walls]
-    are_met = [len(wall.near(points, free, band)) > 0 for wall in walls]
+    are_in_view = [_is_in_view(wall, _sides_of_view(points)) for wall in walls]
+    are_met = [wall.near(points, free, band, min_facing=0.0).any() for wall in walls]
     assert 10 < sum(are_met) < 60
     assert all(in_view or not met for in_view, met in zip(are_in_view, are_met, strict=True))
     # A corner of a wall can be just out of view, or too far.

@@ -69,12 +69,11 @@ def _mark_on(
 def on_walls(points: Points, walls: Iterable[Wall], free: Mask, noise: float) -> Mask:
     """(h, w) bool: free, within the band of a wall that this frame shows, and not facing away."""
     found = np.zeros(points.depth.shape, np.bool_)
-    band = noise_band(points.depth, 0.04, 2 * noise)
-    for wall in walls:
-        if wall.inliers.any():
-            near = wall.near(points, free, band)
-            facing = points.normals_at(near) @ wall.normal.astype(np.float32)
-            found.ravel()[near[~(np.abs(facing) < MIN_FACING)]] = True
+    in_view = [wall for wall in walls if wall.inliers.any()]
+    if in_view:
+        band = noise_band(points.depth, 0.04, 2 * noise)
+        for wall in in_view:
+            found |= wall.near(points, free, band, min_facing=MIN_FACING)
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from curiosight.segmentation.planes import Mask, Surface, horizontal_axes
+from curiosight.segmentation.planes import Surface, horizontal_axes
 
 Array = npt.NDArray[Any]
 
@@ -33,9 +33,9 @@ class Headings:
         self._n_rows = int(row.max()) + 1 if len(row) else 1
         self._cell = sector * self._n_rows + row
 
-    def keep(self, is_kept: Mask) -> None:
-        """Forget the points that are not to be kept, (n,) bool."""
-        self._cell = self._cell.take(np.flatnonzero(is_kept))
+    def keep(self, places: Array) -> None:
+        """Forget the points that are not at the places."""
+        self._cell = self._cell.take(places)
 
     def peak(self, weights: Array) -> tuple[Array, float, float]:
         """Return normal, offset and weight of the heaviest wall: 3 sectors by 2 rows."""

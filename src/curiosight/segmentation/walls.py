@@ -13,12 +13,12 @@ import numpy.typing as npt
 from numba import njit
 
 from curiosight.segmentation.headings import Headings
+from curiosight.segmentation.plane_fit import fit_plane
 from curiosight.segmentation.planes import (
     Mask,
     Plane,
     Surface,
     facing,
-    fit_plane,
     mask_of,
 )
 from curiosight.segmentation.points import Points, ends
@@ -41,12 +41,18 @@ class Wall(Plane):
     low: Array
     high: Array
 
-    def near(self, points: Points, free: Mask, band: Array, *, margin: float = 0.10) -> Array:
-        """Return the flat indices of the `free` points within `band` of the wall, before it."""
+    def near(
+        self, points: Points, free: Mask, band: Array, *, min_facing: float, margin: float = 0.10
+    ) -> Mask:
+        """(h, w) bool: the `free` points within `band` of the wall, before it, and facing so.
+
+        min_facing: least cosine between their normals and the wall's; unknown normals pass.
+        """
         is_near = np.zeros(free.shape, np.bool_)
         to_wall, box = self._face(margin)
-        _mark_near(points.depth, points.x, points.y, free, band, to_wall, box, is_near)
-        return np.flatnonzero(is_near)
+        x, y, normals = points.x, points.y, points.normals
+        _mark_near(points.depth, x, y, normals, free, band, to_wall, box, min_facing, is_near)
+        return is_near
 
     def count_sides(self, xyz: Array, *, margin: float = 0.10) -> tuple[int, int]:
         """Return how many of (n, 3) points are straight before or behind the wall, and behind.
@@ -70,15 +76,21 @@ def _mark_near(
     depth: Array,
     x: Array,
     y: Array,
+    normals: Array,
     free: Array,
     band: Array,
     to_wall: Array,
     box: Array,
+    min_facing: float,
     is_near: Array,
 ) -> None:
-    """Set (h, w) `is_near` as `Wall.near` says; depth, x, y: see `Points`; the rest, `_face`."""
+    """Set (h, w) `is_near` as `Wall.near` says.
+
+    depth, x, y, normals: see `Points`. to_wall, box: see `Wall._face`.
+    """
     low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
     a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
+    least = np.float32(min_facing)
     for v in range(len(y)):
         # What a row shares: the directions along its rays are those plus x times `a`.
         along_row, up_row, off_row = y[v] * b[0] + c[0], y[v] * b[1] + c[1], y[v] * b[2] + c[2]
@@ -88,6 +100,10 @@ def _mark_near(
             gap = abs(z * (x[u] * a[2] + off_row) + offset)
             is_before = (along > low) & (along < high) & (up > bottom) & (up < top)
             is_near[v, u] = free[v, u] & is_before & (gap < band[v, u])
+        for u in range(len(x)):
+            if is_near[v, u]:
+                cosine = normals[v, u, 0] * a[2] + normals[v, u, 1] * b[2] + normals[v, u, 2] * c[2]
+                is_near[v, u] = not abs(cosine) < least
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -127,7 +143,7 @@ def find_walls(
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
     vertical = facing(points, up, -max_cosine, max_cosine, free)
-    rest = Surface.gather(points, band, vertical)
+    rest = Surface.gather(points, band, np.flatnonzero(vertical))
     headings = Headings(rest, points.normals_at(rest.where), up)
     walls: list[Wall] = []
     for _ in range(2 * max_walls):
@@ -135,9 +151,9 @@ def find_walls(
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
         face, is_used = _fit_face(points, rest, up, normal, offset)
-        is_rest = ~is_used
-        rest = rest.part(is_rest)
-        headings.keep(is_rest)
+        left = np.flatnonzero(~is_used)
+        rest = rest.at(left)
+        headings.keep(left)
         if face is None:
             continue
         face = face.below_top(over_tables.take(face.surface.where))
@@ -172,7 +188,7 @@ class _Face:
         if len(elsewhere) < 50:
             return self
         is_below = ~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin)
-        return replace(self, surface=self.surface.part(is_below))
+        return replace(self, surface=self.surface.at(np.flatnonzero(is_below)))
 
     def diagonal(self) -> float:
         """Return the visible diagonal in metres, without the outermost 1 %."""
@@ -196,23 +212,19 @@ def _fit_face(
 
     Return the face, None where there is none, and which of the points are used up.
     """
-    direction = normal.astype(np.float32)
-    is_near = np.abs(rest.xyz @ direction + offset) < 0.08 + rest.band
-    chosen = np.flatnonzero(is_near)
-    is_near[chosen] = points.normals_at(rest.where.take(chosen)) @ direction > 0.85
-    near = rest.part(is_near)
-    fit = fit_plane(near.xyz, near.band + 0.02, normal, offset)
+    near = np.flatnonzero(rest.gap(normal, offset) < 0.08 + rest.band)
+    is_facing = points.normals_at(rest.where.take(near)) @ normal.astype(np.float32) > 0.85
+    near = near[is_facing]
+    fit = fit_plane(rest.xyz, rest.band, near, normal, offset, margin=0.02)
     if fit is None or abs(fit[0] @ up) > 0.15:
-        return None, is_near
-    normal, offset, is_inlier = fit
-    axes = _axes_of(normal, up)
-    face = _Face(near.part(is_inlier), normal, offset, axes)
-    along = face.places[:, 0]
-    first, last = _longest_run(along, face.surface.area)
-    face = replace(face, surface=face.surface.part((along >= first) & (along <= last)))
-    is_used = np.abs(rest.xyz @ normal.astype(np.float32) + offset) < rest.band + 0.03
+        return None, mask_of(near, rest.area.shape)
+    axes, gap = _axes_of(fit[0], up), rest.gap(*fit)
     along = rest.xyz @ axes[:, 0].astype(np.float32)
-    return face, is_used & (along >= first) & (along <= last)
+    near = near[gap.take(near) < rest.band.take(near) + 0.02]
+    first, last = _longest_run(along.take(near), rest.area.take(near))
+    in_run = (along >= first) & (along <= last)
+    face = _Face(rest.at(near[in_run.take(near)]), *fit, axes)
+    return face, in_run & (gap < rest.band + 0.03)
 
 
 def _axes_of(normal: Array, up: Array) -> Array:
