@@ -136,8 +136,8 @@ def _problem_of(frame: Frame) -> str | None:
         return frame.problem
     if frame.depth is None or frame.camera is None:
         return "the frame has no depth"
-    # One reading is enough, and mostly in the first rows.
-    has_reading = any(np.isfinite(row).any() for row in frame.depth)
+    # One reading is enough, and mostly found in a few rows.
+    has_reading = np.isfinite(frame.depth[::16]).any() or np.isfinite(frame.depth).any()
     return None if has_reading else "the depth image has no reading"
 
 
