@@ -30,20 +30,25 @@ def above_footprint(
     outline = points.xyz_at(np.flatnonzero(largest & ~inner))
     places = np.ascontiguousarray(outline @ axes.astype(np.float32))
     hull = cv2.convexHull(places).reshape(-1, 2)
-    return [_above(points, hull, axes, margin, cell) for margin in margins]
+    n_margins = _margins_around(points, hull, axes, sorted(margins), cell)
+    return [n_margins > sum(wider > margin for wider in margins) for margin in margins]
 
 
-def _above(points: Points, hull: Array, axes: Array, margin: float, cell: float) -> Mask:
-    """(h, w) bool: above or below a (n, 2) convex hull along the axes, and a margin around it."""
-    low = hull.min(axis=0) - 2 * margin
-    width, height = np.ceil((hull.max(axis=0) + 2 * margin - low) / cell).astype(int) + 1
-    drawn = np.zeros((height, width), np.float32)
+def _margins_around(
+    points: Points, hull: Array, axes: Array, margins: Sequence[float], cell: float
+) -> Array:
+    """(h, w): how many of the margins around a (n, 2) convex hull along the axes points are in."""
+    low = hull.min(axis=0) - 2 * margins[-1]
+    width, height = np.ceil((hull.max(axis=0) + 2 * margins[-1] - low) / cell).astype(int) + 1
+    drawn = np.zeros((height, width), np.uint8)
     cv2.fillConvexPoly(drawn, np.round((hull - low) / cell).astype(np.int32), 1.0)
-    reach = 2 * round(margin / cell) + 1
-    drawn = cv2.dilate(drawn, np.ones((reach, reach), np.uint8))
+    n_margins = np.zeros((height, width), np.float32)
+    for margin in margins:
+        reach = 2 * round(margin / cell) + 1
+        n_margins += cv2.dilate(drawn, np.ones((reach, reach), np.uint8))
     # The hull was drawn at the nearest corners of cells, so a cell is around its corner.
     corner = (low - cell / 2).astype(np.float64)
-    return np.asarray(look_up(drawn, points, axes, corner, cell) > 0)
+    return look_up(n_margins, points, axes, corner, cell)
 
 
 def largest_piece(inliers: Mask) -> Mask:

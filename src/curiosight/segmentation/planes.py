@@ -59,6 +59,16 @@ def _measure_distances(depth: Array, x: Array, y: Array, plane: Array, distances
             distances[v, u] = depth[v, u] * (x[u] * a + in_row) + offset
 
 
+def coordinates_on(axes: Array, normal: Array, offset: float) -> Array:
+    """Return (4, 3) float32 from (x, y, z, 1) to metres along two axes and over a plane.
+
+    axes: (3, 2) directions on the plane normal·p + offset = 0.
+    """
+    to_plane = np.zeros((4, 3), np.float32)
+    to_plane[:3, :2], to_plane[:3, 2], to_plane[3, 2] = axes, normal, offset
+    return to_plane
+
+
 def noise_band(depth: Array, base: float, noise: float) -> Array:
     """Return the half-thickness in metres of a plane seen at some depths z: base + noise z².
 

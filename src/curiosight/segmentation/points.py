@@ -73,12 +73,13 @@ def _take_rows(vectors: Array, where: Array, rows: Array) -> None:
 
 
 def observe_points(
-    depth: Depth, camera: Camera, *, stride: int = 2, radius: int = 4, max_bend: float = 0.01
+    depth: Depth, camera: Camera, *, stride: int = 2, radius_px: float = 8, max_bend: float = 0.01
 ) -> Points:
     """Back-project depth and fit a local plane around every point.
 
-    radius: half the window of the fit, in pixels of the coarse grid; next to an edge the
-        window shrinks with the distance to it, and below 1 there is no normal.
+    stride: every so many rows and columns are taken.
+    radius_px: half the window of the fit, in pixels of an image with 640 columns; next to an
+        edge the window shrinks with the distance to it, and below 1 there is no normal.
     max_bend: a second difference of inverse depth (1/m) that counts as an edge, beside 4 mm of
         depth for rounding; 0.01 is a step of 1 cm at 1 m, 9 cm at 3 m.
     """
@@ -88,6 +89,7 @@ def observe_points(
     z, inverse = np.empty((2, len(y), len(x)), np.float32)
     xyz = np.empty((len(y), len(x), 3), np.float32)
     _back_project(depth, stride, x, y, z, inverse, xyz)
+    radius = max(1, round(radius_px * width / (640 * stride)))
     normals, area = fit_local_planes(inverse, x, y, radius, max_bend)
     return Points(xyz, z, normals, area, x, y, stride)
 

@@ -20,7 +20,7 @@ from curiosight.segmentation.planes import (
 )
 from curiosight.segmentation.points import Points, ends, median
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
-from curiosight.segmentation.table_map import MARGIN, MIN_TABLE_AREA, MIN_TABLE_DIAGONAL
+from curiosight.segmentation.table_map import MARGIN
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
@@ -95,7 +95,7 @@ def choose_supports(
     known_tables: are supports even where little or nothing of their tops is in view.
     """
     planes = find_planes(points, up, settings)
-    large = [p for p in planes if p is planes[0] or _is_large(points, p, up)]
+    large = [p for p in planes if p is planes[0] or _is_large(points, p, up, settings)]
     if camera_height is None:
         ordered = sorted(large, key=lambda plane: -plane.offset)
         tables = ordered if scene == "table" else ordered[1:]
@@ -170,13 +170,14 @@ def share_below(points: Points, plane: Plane) -> float:
     return float(np.count_nonzero(is_below)) / n_seen
 
 
-def _is_large(points: Points, plane: Plane, up: Array) -> bool:
+def _is_large(points: Points, plane: Plane, up: Array, settings: SegmentationSettings) -> bool:
     piece = np.flatnonzero(largest_piece(plane.inliers))
-    if float(points.area.take(piece).sum()) < MIN_TABLE_AREA:
+    if float(points.area.take(piece).sum()) < settings.min_table_area:
         return False
-    xyz = points.xyz_at(piece)
+    # Its ends need no more of them.
+    xyz = points.xyz_at(piece[:: 1 + len(piece) // 2000])
     extent = [np.ptp(ends(xyz @ axis, 0.02)) for axis in horizontal_axes(up)]
-    return float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
+    return float(np.hypot(*extent)) >= settings.min_table_diagonal
 
 
 def _height(points: Points, inliers: Mask, up: Array) -> float:

@@ -23,8 +23,8 @@ def up_from_normals(
 ) -> Array | None:
     """Return the unit vector within `max_angle` of `prior` that most surface faces.
 
-    normals: (n, 3) unit vectors; area: (n,) their weights. None when hardly any surface lies
-    in that cone: then nothing horizontal is in view.
+    normals: (n, 3) unit vectors, NaN = unknown; area: (n,) their weights. None when hardly any
+    surface lies in that cone: then nothing horizontal is in view.
     """
     return next(ups_from_normals(normals, area, prior=prior, max_angle=max_angle), None)
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.segmentation.faces import MAX_GAP
 from curiosight.segmentation.plane_fit import fit_plane
 from curiosight.segmentation.planes import Mask, mask_of
 from curiosight.segmentation.points import Points
-from curiosight.segmentation.walls import MAX_GAP, Wall
+from curiosight.segmentation.walls import Wall
 
 Array = npt.NDArray[Any]
 
@@ -54,7 +55,7 @@ def join_walls(
     return tuple(joined)
 
 
-def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array) -> list[Wall]:
+def recognise(points: Points, walls: Sequence[Wall], *, free: Mask, band: Array) -> list[Wall]:
     """Return known walls, given in the camera's frame, as this frame shows them.
 
     free: (h, w) bool, the points that may belong to a wall. band: (h, w) metres, see
@@ -62,12 +63,11 @@ def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array)
     """
     found = []
     wide_band, xyz = 0.06 + band, points.xyz.reshape(-1, 3)
-    is_known, nothing = points.area > 0, np.zeros(free.shape, np.bool_)
-    sides = _sides_of_view(points)
-    for wall in walls:
+    free, nothing = free & (points.area > 0), np.zeros(free.shape, np.bool_)
+    for wall, is_in_view in zip(walls, _are_in_view(walls, points), strict=True):
         normal, offset, inliers = wall.normal, wall.offset, nothing
-        if _is_in_view(wall, sides):
-            near = np.flatnonzero(wall.near(points, free, wide_band, min_facing=0.85) & is_known)
+        if is_in_view:
+            near = np.flatnonzero(wall.near(points, free, wide_band, min_facing=0.85))
             fit = fit_plane(xyz, band.ravel(), near, normal, offset, margin=0.02)
             if fit is not None and fit[0] @ normal > 0.99:
                 normal, offset = fit
@@ -83,13 +83,15 @@ def _sides_of_view(points: Points) -> Array:
     return np.array([[0, 0, 1], [1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom]])
 
 
-def _is_in_view(wall: Wall, sides: Array, *, margin: float = 0.3) -> bool:
-    """Tell whether some of a wall, or what is within a margin in metres of it, may be in view.
-
-    sides: see `_sides_of_view`.
-    """
-    low, high = wall.low - margin, wall.high + margin
-    places = low + _CORNERS[:, :2] * (high - low)
-    behind = wall.offset + margin * (2 * _CORNERS[:, 2:] - 1)
-    corners = places @ wall.axes.T - behind * wall.normal
-    return bool((corners @ sides.T > 0).any(axis=0).all())
+def _are_in_view(walls: Sequence[Wall], points: Points, *, margin: float = 0.3) -> Array:
+    """(n,) bool: some of a wall, or what is within a margin in metres of it, may be in view."""
+    if not walls:
+        return np.zeros(0, np.bool_)
+    low, high = np.array([wall.low for wall in walls]), np.array([wall.high for wall in walls])
+    places = low[:, None] - margin + _CORNERS[:, :2] * (high - low + 2 * margin)[:, None]
+    offsets = np.array([wall.offset for wall in walls])
+    behind = offsets[:, None, None] + margin * (2 * _CORNERS[:, 2:] - 1)
+    axes, normals = np.array([wall.axes for wall in walls]), np.array([w.normal for w in walls])
+    corners = places @ axes.transpose(0, 2, 1) - behind * normals[:, None]
+    in_view: Array = (corners @ _sides_of_view(points).T > 0).any(axis=1).all(axis=1)
+    return in_view

@@ -5,28 +5,26 @@ As with the supports (`planes.py`), the known vertical leaves few unknowns, here
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from curiosight.segmentation.faces import Face, fit_face
 from curiosight.segmentation.headings import Headings
-from curiosight.segmentation.plane_fit import fit_plane
 from curiosight.segmentation.planes import (
     Mask,
     Plane,
     Surface,
+    coordinates_on,
     facing,
     mask_of,
 )
-from curiosight.segmentation.points import Points, ends
+from curiosight.segmentation.points import Points
 
 Array = npt.NDArray[Any]
-
-# Pieces of one wall are no farther apart than this, metres.
-MAX_GAP = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,11 +62,9 @@ class Wall(Plane):
 
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
-        to_wall = np.zeros((4, 3), np.float32)
-        to_wall[:3, :2], to_wall[:3, 2], to_wall[3, 2] = self.axes, self.normal, self.offset
         box = np.empty((2, 2), np.float32)
         box[0], box[1] = self.low - margin, self.high + margin
-        return to_wall, box
+        return coordinates_on(self.axes, self.normal, self.offset), box
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -150,7 +146,7 @@ def find_walls(
         normal, offset, peak_area = headings.peak(rest.area)
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
-        face, is_used = _fit_face(points, rest, up, normal, offset)
+        face, is_used = fit_face(points, rest, up, normal, offset, band=band)
         left = np.flatnonzero(~is_used)
         rest = rest.at(left)
         headings.keep(left)
@@ -159,89 +155,13 @@ def find_walls(
         face = face.below_top(over_tables.take(face.surface.where))
         least = min_cut_diagonal if border.take(face.surface.where).any() else min_diagonal
         if face.surface.area.sum() >= min_area and face.diagonal() >= least:
-            walls.append(face.wall(free.shape))
+            walls.append(_wall(face, free.shape))
     return walls
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Face:
-    """Points on one vertical plane, without a wide gap; the rest as in `Wall`."""
-
-    surface: Surface
-    normal: Array
-    offset: float
-    axes: Array
-
-    @property
-    def places(self) -> Array:
-        """(n, 2) metres along the axes."""
-        places: Array = self.surface.xyz @ self.axes.astype(np.float32)
-        return places
-
-    def below_top(self, is_over_table: Mask, *, margin: float = 0.05) -> Self:
-        """Return the face with points over a table only as high as it is elsewhere, if it is.
-
-        is_over_table: (n,) bool.
-        """
-        height = self.places[:, 1]
-        elsewhere = height[~is_over_table]
-        if len(elsewhere) < 50:
-            return self
-        is_below = ~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin)
-        return replace(self, surface=self.surface.at(np.flatnonzero(is_below)))
-
-    def diagonal(self) -> float:
-        """Return the visible diagonal in metres, without the outermost 1 %."""
-        if len(self.surface.where) == 0:
-            return 0.0
-        low, high = np.transpose([ends(place) for place in self.places.T])
-        return float(np.linalg.norm(high - low))
-
-    def wall(self, shape: tuple[int, ...]) -> Wall:
-        """Return the face as a wall, on a grid of a shape."""
-        places = self.places.astype(np.float64)
-        inliers = mask_of(self.surface.where, shape)
-        low, high = places.min(axis=0), places.max(axis=0)
-        return Wall(self.normal, self.offset, inliers, self.axes, low, high)
-
-
-def _fit_face(
-    points: Points, rest: Surface, up: Array, normal: Array, offset: float
-) -> tuple[_Face | None, Mask]:
-    """Fit a vertical plane near a first guess, and cut it to its longest run.
-
-    Return the face, None where there is none, and which of the points are used up.
-    """
-    near = np.flatnonzero(rest.gap(normal, offset) < 0.08 + rest.band)
-    is_facing = points.normals_at(rest.where.take(near)) @ normal.astype(np.float32) > 0.85
-    near = near[is_facing]
-    fit = fit_plane(rest.xyz, rest.band, near, normal, offset, margin=0.02)
-    if fit is None or abs(fit[0] @ up) > 0.15:
-        return None, mask_of(near, rest.area.shape)
-    axes, gap = _axes_of(fit[0], up), rest.gap(*fit)
-    along = rest.xyz @ axes[:, 0].astype(np.float32)
-    near = near[gap.take(near) < rest.band.take(near) + 0.02]
-    first, last = _longest_run(along.take(near), rest.area.take(near))
-    in_run = (along >= first) & (along <= last)
-    face = _Face(rest.at(near[in_run.take(near)]), *fit, axes)
-    return face, in_run & (gap < rest.band + 0.03)
-
-
-def _axes_of(normal: Array, up: Array) -> Array:
-    """Return the (3, 2) horizontal and upward directions of a wall."""
-    along = np.cross(up, normal)
-    return np.stack([along / np.linalg.norm(along), up], axis=1)
-
-
-def _longest_run(along: Array, area: Array, *, cell: float = 0.05) -> tuple[float, float]:
-    """Return the ends of the stretch without a gap of `MAX_GAP` that has the most area.
-
-    What stands in the plane of a wall somewhere else is no part of it.
-    """
-    index = ((along - along.min()) / cell).astype(np.int64)
-    filled = np.flatnonzero(np.bincount(index))
-    run_of_cell = np.zeros(filled[-1] + 1, np.int64)
-    run_of_cell[filled[1:]] = np.cumsum(np.diff(filled) * cell > MAX_GAP)
-    best = int(np.argmax(np.bincount(run_of_cell[index], area)))
-    chosen = along[run_of_cell[index] == best]
-    return float(chosen.min()), float(chosen.max())
+def _wall(face: Face, shape: tuple[int, ...]) -> Wall:
+    """Return a face as a wall, on a grid of a shape."""
+    places = face.places.astype(np.float64)
+    inliers = mask_of(face.surface.where, shape)
+    low, high = places.min(axis=0), places.max(axis=0)
+    return Wall(face.normal, face.offset, inliers, face.axes, low, high)
