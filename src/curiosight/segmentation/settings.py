@@ -61,6 +61,8 @@ TABLE = SupportSettings(
 MIN_NOISE = 0.0005
 # Farther than this times the range set, pixels are too sparse on small things.
 MAX_REACH = 1.5
+# What such a sensor sees is worth a finer grid.
+FINE_STRIDE = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ class SegmentationSettings:
     noise: of inverse depth, 1/m; bands around planes grow by noise·z². A Kinect's disparity
         step is 0.0028.
     follow_sensor: where the recording's sensor is clearly better than `noise` says, bands are
-        thinner and the range is longer, see `for_sensor`.
+        thinner, the range is longer and the grid finer, see `for_sensor`.
     """
 
     max_range: float = 4.0
@@ -119,4 +121,10 @@ class SegmentationSettings:
             return self
         noise = max(noise, MIN_NOISE)
         reach = min((self.noise / noise) ** 0.5, MAX_REACH)
-        return replace(self, noise=noise, max_range=reach * self.max_range, follow_sensor=False)
+        return replace(
+            self,
+            noise=noise,
+            max_range=reach * self.max_range,
+            stride=min(self.stride, FINE_STRIDE),
+            follow_sensor=False,
+        )

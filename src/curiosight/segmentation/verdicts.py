@@ -97,18 +97,25 @@ def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> boo
 
 
 def _goes_on_nearer(
-    thing: Thing, depth: Array, depths: Array, near: float, *, min_share: float = 0.3
+    thing: Thing,
+    depth: Array,
+    depths: Array,
+    near: float,
+    *,
+    max_width: float = 0.25,
+    min_share: float = 0.3,
 ) -> bool:
-    """Tell whether a thing ends upwards where it comes too near for the sensor.
+    """Tell whether a slender thing ends upwards where it comes too near for the sensor.
 
     A table's leg before the camera looks like a small object on the floor then. Of an object
     that is seen whole the far edge of its top is uppermost, and not nearest.
 
     depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
+    max_width: diagonal of a slender thing's ground plan, metres.
     min_share: of the thing's columns that end so, with no reading above.
     """
     nearest = ends(depth, 0.02)[0]
-    if nearest > near:
+    if nearest > near or hypot(*thing.size[:2]) > max_width:
         return False
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))
