@@ -71,8 +71,11 @@ def test_on_a_support_is_what_is_in_its_slab_and_extent_and_not_upright(points: 
     floor, table = floor_of(points), table_of(points, np.random.default_rng(SEED))
     expected = np.zeros(points.depth.shape, np.bool_)
     for support in (floor, table):
-        is_in_slab = np.abs(support.heights) < support.settings.slab + NOISE * points.depth**2
-        is_upright = np.abs(points.normals @ UP.astype(np.float32)) < 0.7
+        slab = support.settings.slab + NOISE * points.depth**2
+        is_in_slab = np.abs(support.heights) < slab
+        facing_up = np.abs(points.normals @ UP.astype(np.float32))
+        is_low = np.abs(support.heights) < slab / 2
+        is_upright = np.where(np.isnan(facing_up), ~is_low, facing_up < 0.7)
         is_there = True if support.extent is None else support.extent
         expected |= is_in_slab & ~is_upright & is_there
     found = on_supports(points, [floor, table], NOISE)
