@@ -86,7 +86,8 @@ def test_floor_seen_in_some_frames_is_known_in_all() -> None:
     assert hidden.T_world_camera is not None
     pose = hidden.T_world_camera.copy()
     pose[:3] = R_tilted @ pose[:3]
-    found = Teacher(survey_recording(frames)).segment(replace(hidden, T_world_camera=pose))
+    teacher = Teacher(survey_recording(frames), SegmentationSettings(stride=2))
+    found = teacher.segment(replace(hidden, T_world_camera=pose))
     assert [support.is_table for support in found.supports] == [False, True]
     assert [cluster.support_height for cluster in found.objects] == pytest.approx([0.72], abs=0.05)
 

@@ -240,7 +240,7 @@ def test_known_floor_stays_the_support_below_a_table_that_hides_it() -> None:
     survey = Survey("floor", np.array([0.0, 0.0, 1.0]), 0.0, (table,))
     near = replace(ON_TABLE, centre=(0.15, 0.0, 0.80))
     frame, _ = see((TABLE_TOP, near), distance=0.5, height=1.3, tilt_deg=55, with_pose=True)
-    found = Teacher(survey).segment(frame)
+    found = Teacher(survey, SegmentationSettings(stride=2)).segment(frame)
     assert [support.is_table for support in found.supports] == [False, True]
     assert [round(cluster.support_height, 1) for cluster in found.objects] == [0.7]
 
