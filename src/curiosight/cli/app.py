@@ -15,6 +15,7 @@ from curiosight.cli import (
     demo,
     evaluate,
     explore,
+    export,
     info,
     learn,
     map,
@@ -66,6 +67,7 @@ app.command("map")(map.map_)
 app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
 app.command("propose")(propose.propose)
+app.command("export")(export.export)
 app.command("render")(render.render)
 app.command("score-teacher")(score_teacher.score_teacher)
 app.command("bench")(bench.bench)
