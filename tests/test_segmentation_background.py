@@ -12,7 +12,7 @@ from curiosight.frame import Pose
 from curiosight.segmentation import SegmentationSettings
 from curiosight.segmentation.background import on_supports
 from curiosight.segmentation.bodies import Bodies, beside_table, connect_bodies
-from curiosight.segmentation.headings import _vote
+from curiosight.segmentation.headings import _sum_around, _vote
 from curiosight.segmentation.objects import _take_over
 from curiosight.segmentation.planes import Plane, facing
 from curiosight.segmentation.points import Points, observe_points
@@ -21,7 +21,7 @@ from curiosight.segmentation.supports import Support
 from curiosight.segmentation.table_map import Table
 from curiosight.segmentation.things import Surroundings
 from curiosight.segmentation.verdicts import _walls_at
-from curiosight.segmentation.wall_map import _is_in_view, recognise
+from curiosight.segmentation.wall_map import _are_in_view, recognise
 from curiosight.segmentation.walls import Wall
 from room import look
 from scenes import CAMERA, kinect_noise, see
@@ -71,8 +71,11 @@ def test_on_a_support_is_what_is_in_its_slab_and_extent_and_not_upright(points: 
     floor, table = floor_of(points), table_of(points, np.random.default_rng(SEED))
     expected = np.zeros(points.depth.shape, np.bool_)
     for support in (floor, table):
-        is_in_slab = np.abs(support.heights) < support.settings.slab + NOISE * points.depth**2
-        is_upright = np.abs(points.normals @ UP.astype(np.float32)) < 0.7
+        slab = support.settings.slab + NOISE * points.depth**2
+        is_in_slab = np.abs(support.heights) < slab
+        facing_up = np.abs(points.normals @ UP.astype(np.float32))
+        is_low = np.abs(support.heights) < slab / 2
+        is_upright = np.where(np.isnan(facing_up), ~is_low, facing_up < 0.7)
         is_there = True if support.extent is None else support.extent
         expected |= is_in_slab & ~is_upright & is_there
     found = on_supports(points, [floor, table], NOISE)
@@ -117,9 +120,11 @@ def test_points_over_a_support_are_taken_and_those_under_it_dropped(
     supports = [table] if is_lowest else [floor, table]
     border = np.zeros(free.shape, np.bool_)
     around = Surroundings(points, supports, [], border, SegmentationSettings())
-    for support in reversed(supports):
+    carrier = np.full(free.shape, -1, np.int8)
+    for place, support in reversed(list(enumerate(supports))):
         expected = taken_over(free, bodies, support, points, is_lowest=support is supports[0])
-        over = _take_over(free, bodies, support, around)
+        _take_over(free, bodies, support, place, around, carrier)
+        over = carrier == place
         assert over.any()
         for found, wanted in zip((over, free), expected, strict=True):
             assert np.count_nonzero(found != wanted) <= 2
@@ -142,8 +147,8 @@ def test_walls_that_points_are_near_are_in_view() -> None:
         wall_at(distance, heading)
         for distance, heading in zip(rng.uniform(0.3, 5, 90), rng.uniform(0, 360, 90), strict=True)
     ]
-    are_in_view = [_is_in_view(points, wall) for wall in walls]
-    are_met = [len(wall.near(points, free, band)) > 0 for wall in walls]
+    are_in_view = _are_in_view(walls, points)
+    are_met = [wall.near(points, free, band, min_facing=0.0).any() for wall in walls]
     assert 10 < sum(are_met) < 60
     assert all(in_view or not met for in_view, met in zip(are_in_view, are_met, strict=True))
     # A corner of a wall can be just out of view, or too far.
@@ -191,3 +196,11 @@ def test_votes_are_weights_summed_per_cell() -> None:
     votes = np.zeros(50)
     _vote(cell, weights, votes)
     np.testing.assert_allclose(votes, np.bincount(cell, weights, minlength=50))
+
+
+def test_votes_are_summed_over_the_sectors_beside_and_the_row_before() -> None:
+    votes = np.random.default_rng(SEED).random((12, 7))
+    pairs = votes[:, 1:] + votes[:, :-1]
+    sums = np.empty((12, 6))
+    _sum_around(votes, sums)
+    np.testing.assert_allclose(sums, pairs + np.roll(pairs, 1, axis=0) + np.roll(pairs, -1, axis=0))

@@ -101,13 +101,14 @@ def test_no_point_has_no_cluster() -> None:
 def test_stacked_clusters_equal_the_components_of_a_graph(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     boxes = np.sort(rng.uniform(0, 1, (n, 3, 2)), axis=2)
-    hovers = rng.random(n) < 0.5
+    hovers, support = rng.random(n) < 0.5, rng.integers(0, 2, n)
     links = np.zeros((n, n), np.bool_)
     for upper, lower in np.ndindex(n, n):
         is_below = boxes[lower, 2, 0] < boxes[upper, 2, 0] < boxes[lower, 2, 1] + 0.2
         begin = np.maximum(boxes[upper, :2, 0], boxes[lower, :2, 0])
         end = np.minimum(boxes[upper, :2, 1], boxes[lower, :2, 1])
-        links[upper, lower] = hovers[upper] and is_below and (begin - end < 0.05).all()
+        meets = support[upper] == support[lower] and (begin - end < 0.05).all()
+        links[upper, lower] = hovers[upper] and is_below and meets
     _, expected = connected_components(links, directed=False)
-    found = join_stacked(boxes, hovers, reach=0.2, margin=0.05)
+    found = join_stacked(boxes, hovers, support, reach=0.2, margin=0.05)
     assert same_partition(found, expected)

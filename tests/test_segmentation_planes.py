@@ -11,12 +11,11 @@ from hypothesis.extra.numpy import arrays
 
 from curiosight.frame import Frame
 from curiosight.segmentation.footprint import above_footprint
+from curiosight.segmentation.plane_fit import _solve, _sum_rays, fit_plane
 from curiosight.segmentation.planes import (
     Surface,
     _sum_area,
-    _sum_rays,
     find_supports,
-    fit_plane,
     horizontal_axes,
     mask_of,
     noise_band,
@@ -25,10 +24,17 @@ from curiosight.segmentation.points import Points, observe_points
 from curiosight.segmentation.settings import SegmentationSettings
 from curiosight.segmentation.supports import (
     KnownTable,
+    _mark_level,
     choose_supports,
     share_below,
 )
-from curiosight.segmentation.up import CAMERA_UP_PRIOR, up_from_normals, ups_from_normals
+from curiosight.segmentation.up import (
+    CAMERA_UP_PRIOR,
+    _sum_facing,
+    _vote,
+    up_from_normals,
+    ups_from_normals,
+)
 from curiosight.segmentation.walls import Wall, find_walls
 from room import ROOM, Box
 from scenes import CAMERA, ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
@@ -109,6 +115,19 @@ def test_footprint_covers_what_stands_on_the_table_and_nothing_beside_it() -> No
     assert inside[surface == 3].mean() == 0
 
 
+def test_level_points_near_a_known_height_are_marked() -> None:
+    points = observe(see((TABLE_TOP, WALL), distance=1.6, height=1.4, tilt_deg=35)[0])
+    plane = np.array([*up_at(35), 1.4 - 0.72], np.float32)
+    extent = np.random.default_rng(SEED).random(points.depth.shape) < 0.6
+    is_near = np.abs(points.xyz @ plane[:3] + plane[3]) < 0.06 + 0.0035 * points.depth**2
+    expected = extent & is_near & (points.normals @ plane[:3] > 0.9)
+    is_level = np.empty(extent.shape, np.bool_)
+    grid = points.depth, points.x, points.y, points.normals
+    _mark_level(*grid, extent, plane, 0.0035, is_level)
+    assert expected.any()
+    assert np.count_nonzero(is_level != expected) <= 2
+
+
 def test_share_below_tells_floor_from_table() -> None:
     points = observe(see((TABLE_TOP, WALL), distance=1.6, height=1.4, tilt_deg=35)[0])
     floor, table = (
@@ -181,6 +200,25 @@ def test_candidates_for_up_are_apart_and_begin_with_the_largest() -> None:
     assert [angle_deg(a, b) < 1 for a, b in zip(found, directions, strict=True)] == [True] * 3
 
 
+def test_normals_are_summed_around_a_direction_and_counted_per_cell() -> None:
+    rng = np.random.default_rng(SEED)
+    normals = rng.normal(size=(500, 3)).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    area = np.maximum(rng.uniform(-0.5, 1, 500), 0).astype(np.float32)
+    normals[area == 0] = np.nan
+    has_area, up = area > 0, up_at(25).astype(np.float32)
+    is_near = has_area & (normals @ up > 0.6)
+    total = np.zeros(3)
+    _sum_facing(normals, area, up, 0.6, total)
+    np.testing.assert_allclose(total, area[is_near] @ normals[is_near], rtol=1e-5)
+    axes = np.stack(horizontal_axes(up_at(25))).astype(np.float32) / np.float32(0.07)
+    rows, columns = np.floor(normals[has_area] @ axes.T + 16).astype(int).T
+    expected, votes = np.zeros((2, 33, 33))
+    np.add.at(expected, (rows, columns), area[has_area])
+    _vote(normals, area, axes, votes)
+    np.testing.assert_allclose(votes, expected, rtol=1e-5)
+
+
 @given(arrays(np.float64, 3, elements=st.floats(-1, 1)).filter(lambda a: np.linalg.norm(a) > 0.1))
 def test_horizontal_axes_are_level_and_at_right_angles(direction: Points3) -> None:
     up = direction / np.linalg.norm(direction)
@@ -202,30 +240,47 @@ def test_fit_recovers_a_plane_among_outliers(n_points: int) -> None:
     xyz[:, 1] = -(xyz[:, 0] * normal[0] + xyz[:, 2] * normal[2] + 1.1) / normal[1]
     is_outlier = rng.random(n_points) < 0.2
     xyz[is_outlier, 1] -= rng.uniform(0.05, 0.5, is_outlier.sum())
-    fit = fit_plane(xyz, np.full(n_points, 0.01, np.float32), np.array([0.12, -0.9, -0.42]), 1.11)
+    band, where = np.full(n_points, 0.01, np.float32), np.arange(n_points)
+    fit = fit_plane(xyz, band, where, np.array([0.12, -0.9, -0.42]), 1.11)
     assert fit is not None
     assert angle_deg(fit[0], normal) < 0.05
     assert fit[1] == pytest.approx(1.1, abs=1e-3)
-    np.testing.assert_array_equal(fit[2], ~is_outlier)
 
 
-def test_fit_needs_fifty_points() -> None:
-    band = np.full(49, 0.1, np.float32)
-    xyz = random_points(np.random.default_rng(SEED), 49)
+@pytest.mark.parametrize(("n_points", "is_enough"), [(49, False), (50, True)])
+def test_fit_needs_fifty_points(n_points: int, is_enough: bool) -> None:
+    band, where = np.full(60, 0.1, np.float32), np.arange(n_points)
+    xyz = random_points(np.random.default_rng(SEED), 60)
     xyz[:, 2] = 1
-    assert fit_plane(xyz, band, np.array([0.0, 0.0, -1.0]), 1.0) is None
+    fit = fit_plane(xyz, band, where, np.array([0.0, 0.0, -1.0]), 1.0)
+    assert (fit is not None) == is_enough
+
+
+def test_fit_takes_points_on_a_line() -> None:
+    xyz = np.stack([np.linspace(-1, 1, 80), np.zeros(80), np.full(80, 1.5)], axis=1)
+    band, where = np.full(80, 0.02, np.float32), np.arange(80)
+    fit = fit_plane(xyz.astype(np.float32), band, where, np.array([0.0, 0.0, -1.0]), 1.5)
+    assert fit is not None
+    assert np.abs(xyz @ fit[0] + fit[1]).max() < 1e-6
 
 
 def test_sums_of_rays_are_those_of_the_points_near_the_plane() -> None:
     rng = np.random.default_rng(SEED)
     xyz, band = random_points(rng, 900), rng.uniform(0, 0.5, 900).astype(np.float32)
-    normal, offset = np.array([0.6, 0.0, -0.8]), 1.2
-    is_near = np.abs(xyz @ normal + offset) < band
-    x, y, z = xyz[is_near & (np.arange(900) % 3 == 0)].astype(np.float64).T
+    plane, where = np.array([0.6, 0.0, -0.8, 1.2]), rng.permutation(900)[:600]
+    is_near = np.abs(xyz @ plane[:3] + plane[3]) < 2 * (band + 0.1)
+    x, y, z = xyz[where[::3]][is_near[where[::3]]].astype(np.float64).T
     rows = np.stack([x / z, y / z, np.ones(len(z)), 1 / z], axis=1)
-    sums = np.zeros((4, 4))
-    _sum_rays(xyz, band / 2, 2.0, normal, offset, 3, sums)
-    np.testing.assert_allclose(sums, rows.T @ rows, rtol=1e-6)
+    sums = np.zeros((3, 4))
+    _sum_rays(xyz, band, where, 3, 0.1, 2.0, plane, sums)
+    np.testing.assert_allclose(sums, np.triu(rows.T @ rows)[:3], rtol=1e-6)
+
+
+def test_solution_is_that_of_the_sums() -> None:
+    rows = np.random.default_rng(SEED).normal(size=(30, 4))
+    sums = (rows.T @ rows)[:3]
+    expected = np.linalg.solve(sums[:, :3], sums[:, 3])
+    np.testing.assert_allclose(_solve(np.triu(sums)), expected, rtol=1e-6)
 
 
 def test_area_is_summed_per_step_of_height() -> None:
@@ -244,10 +299,10 @@ def test_surface_gathers_points_with_their_places() -> None:
     band = noise_band(points.depth, 0.01, 0.003)
     np.testing.assert_allclose(band, 0.01 + 0.003 * points.depth**2, rtol=1e-6)
     is_part = points.area > 0
-    surface = Surface.gather(points, band, is_part)
+    surface = Surface.gather(points, band, np.flatnonzero(is_part))
     np.testing.assert_array_equal(surface.xyz, points.xyz[is_part])
     np.testing.assert_array_equal(mask_of(surface.where, is_part.shape), is_part)
-    some = surface.part(surface.area > np.median(surface.area))
+    some = surface.at(np.flatnonzero(surface.area > np.median(surface.area)))
     is_some = is_part & (points.area > np.median(surface.area))
     np.testing.assert_array_equal(some.band, band[is_some])
     np.testing.assert_array_equal(some.where, np.flatnonzero(is_some))
@@ -265,8 +320,10 @@ def test_near_a_wall_is_what_is_free_and_before_it() -> None:
     places = points.xyz @ axes
     is_before = ((places > wall.low - 0.1) & (places < wall.high + 0.1)).all(axis=-1)
     assert 0 < np.count_nonzero(is_near & is_before) < np.count_nonzero(is_near)
-    found = wall.near(points, free, band)
-    np.testing.assert_array_equal(found, np.flatnonzero(is_near & is_before))
+    faces_elsewhere = np.abs(points.normals @ normal) < 0.7
+    found = wall.near(points, free, band, min_facing=0.7)
+    np.testing.assert_array_equal(found, is_near & is_before & ~faces_elsewhere)
+    assert 0 < np.count_nonzero(found) < np.count_nonzero(is_near & is_before)
     is_behind = wall.distance(points.xyz) <= 0
     counts = wall.count_sides(points.xyz.reshape(-1, 3))
     assert counts == (np.count_nonzero(is_before), np.count_nonzero(is_behind))

@@ -140,9 +140,9 @@ def test_integral_images_are_sums_of_sums() -> None:
     products = np.nan_to_num(inverse)[..., None] * weights
     expected = products.cumsum(axis=0).cumsum(axis=1)
     sums = np.zeros((height + 1, width + 1, 3))
-    _sum_up(inverse, x.astype(np.float32), y.astype(np.float32), sums)
+    for v in range(height):
+        _sum_up(inverse[v], x.astype(np.float32), np.float32(y[v]), sums[v], sums[v + 1])
     np.testing.assert_allclose(sums[1:, 1:], expected, rtol=1e-5, atol=1e-3)
-    assert not sums[0].any()
     assert not sums[:, 0].any()
 
 

@@ -10,13 +10,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from curiosight.frame import Frame
-from curiosight.segmentation import Survey, Teacher, survey_recording
+from curiosight.segmentation import SegmentationSettings, Survey, Teacher, survey_recording
+from curiosight.segmentation.verdicts import Cluster
 from room import ROOM, Box
 from scenes import ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
 
 # Tilts the world's axes, as a recording does whose first camera is its world.
 R_tilted = Rotation.from_euler("xyz", (100, -15, 30), degrees=True).as_matrix()
 UP = R_tilted @ np.array([0.0, 0.0, 1.0])
+SEAT = Box((0.0, 0.3, 0.44), (0.40, 0.40, 0.04), (150, 110, 60))
+ON_SEAT = Box((0.0, 0.3, 0.52), (0.12, 0.12, 0.12), (40, 80, 200))
 
 
 def record(boxes: tuple[Box, ...], tilts_deg: tuple[float, ...], height: float) -> list[Frame]:
@@ -30,6 +33,18 @@ def record(boxes: tuple[Box, ...], tilts_deg: tuple[float, ...], height: float) 
         pose[:3] = R_tilted @ pose[:3]
         frames.append(replace(frame, depth=kinect_noise(view.depth, rng), T_world_camera=pose))
     return frames
+
+
+def stool_with_a_box(settings: SegmentationSettings) -> tuple[Survey, tuple[Cluster, ...]]:
+    """Return what a recording of a box on a stool tells, and the objects of one of its frames."""
+    legs = [
+        Box((x, y, 0.21), (0.04, 0.04, 0.42), (90, 90, 90))
+        for x in (-0.17, 0.17)
+        for y in (0.13, 0.47)
+    ]
+    frames = record((SEAT, *legs, ON_SEAT, WALL), (25, 30, 35, 40), 1.2)
+    survey = survey_recording(frames, settings)
+    return survey, Teacher(survey, settings).segment(frames[2]).objects
 
 
 def without_poses(frames: list[Frame]) -> list[Frame]:
@@ -74,6 +89,20 @@ def test_floor_seen_in_some_frames_is_known_in_all() -> None:
     found = Teacher(survey_recording(frames)).segment(replace(hidden, T_world_camera=pose))
     assert [support.is_table for support in found.supports] == [False, True]
     assert [cluster.support_height for cluster in found.objects] == pytest.approx([0.72], abs=0.05)
+
+
+def test_seat_is_part_of_an_object() -> None:
+    survey, objects = stool_with_a_box(SegmentationSettings())
+    assert survey.tables == ()
+    tallest = max(objects, key=lambda cluster: cluster.box[3] - cluster.box[1])
+    assert tallest.support_height == pytest.approx(0, abs=0.03)
+
+
+def test_seat_carries_things_by_option() -> None:
+    settings = SegmentationSettings(min_table_area=0.12, min_table_diagonal=0.45)
+    survey, objects = stool_with_a_box(settings)
+    assert [table.height for table in survey.tables] == pytest.approx([0.46], abs=0.03)
+    assert [cluster.support_height for cluster in objects] == pytest.approx([0.46], abs=0.03)
 
 
 def test_auto_sees_a_floor() -> None:

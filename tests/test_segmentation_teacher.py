@@ -85,13 +85,13 @@ def test_clusters_are_measured() -> None:
     found = segment(CUBE)
     (cluster,) = found.objects
     # The far side of a box is not seen, so its length comes from its lid.
-    assert cluster.size == pytest.approx((0.20, 0.20, 0.20), abs=0.03)
+    assert cluster.size == pytest.approx((0.20, 0.20, 0.20), abs=0.04)
     assert cluster.support_height == 0
     assert cluster.distance == pytest.approx(2.1, abs=0.15)
     rows, columns = np.nonzero(found.instances() == 1)
     box = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
-    assert cluster.box == pytest.approx(box, abs=2)
-    assert cluster.n_pixels == pytest.approx(len(rows), rel=0.02)
+    assert cluster.box == pytest.approx(box, abs=3)
+    assert cluster.n_pixels == pytest.approx(len(rows), rel=0.03)
 
 
 def test_reasons_tell_why_pixels_are_unknown() -> None:

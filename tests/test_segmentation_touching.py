@@ -27,7 +27,9 @@ Array = npt.NDArray[Any]
 RED, TOP = (200, 40, 40), 0.72
 # Down at the table, from close by.
 LOOK = {"distance": 0.9, "height": 1.3, "tilt_deg": 38.0}
-WHOLE = SegmentationSettings(table=replace(TABLE, part_touching=False))
+# Small things on a grid that is fine enough for them.
+FINE = SegmentationSettings(stride=2)
+WHOLE = replace(FINE, table=replace(TABLE, part_touching=False))
 
 
 def box(x: float, y: float, size: tuple[float, float, float], *, on: float = TOP) -> Box:
@@ -54,7 +56,7 @@ def with_noise(frame: Frame, noise: int | None) -> Frame:
     return replace(frame, depth=kinect_noise(frame.depth, np.random.default_rng(noise)))
 
 
-def segment(frame: Frame, limits: SegmentationSettings | None = None) -> Segmentation:
+def segment(frame: Frame, limits: SegmentationSettings = FINE) -> Segmentation:
     return Teacher(Survey("table"), limits).segment(frame)
 
 
@@ -216,10 +218,10 @@ def things_on_table(*boxes: Box, noise: int | None = None) -> tuple[list[Thing],
     found, points = segment(frame), observe_points(frame.depth, CAMERA)
     border = border_mask(CAMERA, points.stride, 10)
     support = found.supports[-1]
-    around = Surroundings(points, [support], [], border, SegmentationSettings())
+    around = Surroundings(points, [support], [], border, FINE)
     assert support.extent is not None
     free = support.extent & (support.heights > 0.02) & ~border
-    return find_things(free, support, around), around
+    return find_things(np.where(free, 0, -1).astype(np.int8), around), around
 
 
 APART = box(-0.35, 0.20, (0.10, 0.10, 0.10))
@@ -228,7 +230,7 @@ APART = box(-0.35, 0.20, (0.10, 0.10, 0.10))
 @pytest.mark.parametrize("boxes", [SIDE_BY_SIDE, STACKED, ONE_BEFORE])
 def test_parts_have_the_points_of_the_things(boxes: tuple[Box, ...]) -> None:
     things, around = things_on_table(*boxes, APART, noise=3)
-    parts = part_touching(things, around.supports[0], around)
+    parts = part_touching(things, around)
     assert (len(things), len(parts)) == (2, 3)
     points, expected = (np.concatenate([one.members for one in found]) for found in (parts, things))
     np.testing.assert_array_equal(np.sort(points), np.sort(expected))
@@ -236,9 +238,7 @@ def test_parts_have_the_points_of_the_things(boxes: tuple[Box, ...]) -> None:
 
 def test_order_of_the_parts_is_that_of_the_image() -> None:
     things, around = things_on_table(*SIDE_BY_SIDE, APART, noise=3)
-    parts, again = (
-        part_touching(order, around.supports[0], around) for order in (things, things[::-1])
-    )
+    parts, again = (part_touching(order, around) for order in (things, things[::-1]))
     for one, other in zip(parts, again, strict=True):
         np.testing.assert_array_equal(one.members, other.members)
         assert one.box == other.box
@@ -250,7 +250,7 @@ def test_things_without_normals_stay_whole() -> None:
     points = around.points
     unknown = replace(points, normals=np.full_like(points.normals, np.nan))
     blind = replace(around, points=unknown)
-    parts = part_touching(things, around.supports[0], blind)
+    parts = part_touching(things, blind)
     assert len(parts) == len(things) == 2
     for part, thing in zip(parts, things, strict=True):
         np.testing.assert_array_equal(np.sort(part.members), np.sort(thing.members))
@@ -263,7 +263,7 @@ def test_points_that_hang_together_with_nothing_stay_with_their_thing() -> None:
     is_gap = (v > v.max() - 5) & (u < u.min() + 15) & ~is_stray
     assert np.count_nonzero(is_stray) > 5
     torn = replace(thing, members=thing.members[~is_gap])
-    (part,) = part_touching([torn], around.supports[0], around)
+    (part,) = part_touching([torn], around)
     np.testing.assert_array_equal(np.sort(part.members), np.sort(torn.members))
 
 

@@ -54,27 +54,31 @@ def _mark_on(
 ) -> None:
     """Mark what is on a support in (h, w) `found`: in its extent and slab, and facing up or down.
 
-    An unknown normal compares false: near an edge the height alone decides.
+    Near an edge, where no normal is known, the inner half of the slab is the support: what is
+    higher is rather the foot of something.
     """
     base, slope = np.float32(slab), np.float32(noise)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             z = depth[v, u]
-            if extent[v, u] and abs(heights[v, u]) < base + slope * (z * z):
+            band = base + slope * (z * z)
+            if extent[v, u] and abs(heights[v, u]) < band:
                 facing = normals[v, u, 0] * up[0] + normals[v, u, 1] * up[1]
                 facing += normals[v, u, 2] * up[2]
-                found[v, u] |= not abs(facing) < MIN_FACING
+                if facing != facing:
+                    found[v, u] |= abs(heights[v, u]) < np.float32(0.5) * band
+                else:
+                    found[v, u] |= abs(facing) >= MIN_FACING
 
 
 def on_walls(points: Points, walls: Iterable[Wall], free: Mask, noise: float) -> Mask:
     """(h, w) bool: free, within the band of a wall that this frame shows, and not facing away."""
     found = np.zeros(points.depth.shape, np.bool_)
-    band = noise_band(points.depth, 0.04, 2 * noise)
-    for wall in walls:
-        if wall.inliers.any():
-            near = wall.near(points, free, band)
-            facing = points.normals_at(near) @ wall.normal.astype(np.float32)
-            found.ravel()[near[~(np.abs(facing) < MIN_FACING)]] = True
+    in_view = [wall for wall in walls if wall.inliers.any()]
+    if in_view:
+        band = noise_band(points.depth, 0.04, 2 * noise)
+        for wall in in_view:
+            found |= wall.near(points, free, band, min_facing=MIN_FACING)
     return found
 
 

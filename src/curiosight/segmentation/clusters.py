@@ -42,21 +42,25 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     return cluster
 
 
-def join_stacked(boxes: Array, hovers: Array, *, reach: float = 0.5, margin: float = 0.08) -> Array:
+def join_stacked(
+    boxes: Array, hovers: Array, support: Array, *, reach: float = 0.5, margin: float = 0.08
+) -> Array:
     """Return the (n,) number of the thing that each of n clusters belongs to.
 
     A cluster that hovers belongs to those below it, seen from above: what joins them, a stem
     or a chair's legs, is hidden in it, or too thin to be seen.
 
     boxes: (n, 3, 2) where they begin and end, metres, along two level axes and upwards.
-    hovers: (n,) bool. reach: largest gap between the two, metres. margin: metres by which
-        their outlines may miss each other.
+    hovers: (n,) bool. support: (n,) number of what each is over.
+    reach: largest gap between the two, metres. margin: metres by which their outlines may miss
+        each other.
     """
     low, high = boxes[:, 2, 0], boxes[:, 2, 1]
     is_below = (low < low[:, None]) & (high > low[:, None] - reach)
     begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
     meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
     parent = np.arange(len(boxes))
+    meets &= support[:, None] == support
     join_linked(hovers[:, None] & is_below & meets, parent)
     return number_sets(parent)
 

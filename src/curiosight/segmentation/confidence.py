@@ -36,7 +36,8 @@ def measure_confidence(
     confidence = np.zeros(frame.rgb.shape[:2], np.float32)
     if frame.depth is None or frame.camera is None or not segmentation.supports:
         return confidence
-    points = observe_points(frame.depth, frame.camera)
+    stride = settings.stride_at(frame.camera.width)
+    points = observe_points(frame.depth, frame.camera, stride=stride)
     on, off = _margins(points, segmentation, settings)
     noise = noise_band(points.depth, LEAST_NOISE, settings.noise)
     height, width = frame.depth.shape

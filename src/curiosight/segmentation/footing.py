@@ -42,8 +42,7 @@ def find_footing(
     """
     if pose is not None and survey.up_world is not None:
         return _surveyed_supports(points, pose, survey, survey.up_world, settings)
-    keep = np.flatnonzero(points.area > 0)
-    surface = points.normals_at(keep), points.area.take(keep)
+    surface = points.normals.reshape(-1, 3), points.area.ravel()
     if up is None:
         return _largest_supports(points, surface, survey.scene, settings)
     turned = up_from_normals(*surface, prior=up, max_angle=MAX_TURN)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from curiosight.segmentation.planes import Mask, Surface, horizontal_axes
+from curiosight.segmentation.planes import Surface, horizontal_axes
 
 Array = npt.NDArray[Any]
 
@@ -31,25 +31,22 @@ class Headings:
         self._low = float(along.min()) if len(along) else 0.0
         row = ((along - self._low) / ROW).astype(np.int64)
         self._n_rows = int(row.max()) + 1 if len(row) else 1
-        self._cell = sector * self._n_rows + row
+        # No vote falls into a row before the first of each sector.
+        self._cell = sector * (1 + self._n_rows) + 1 + row
 
-    def keep(self, is_kept: Mask) -> None:
-        """Forget the points that are not to be kept, (n,) bool."""
-        self._cell = self._cell.take(np.flatnonzero(is_kept))
+    def keep(self, places: Array) -> None:
+        """Forget the points that are not at the places."""
+        self._cell = self._cell.take(places)
 
     def peak(self, weights: Array) -> tuple[Array, float, float]:
         """Return normal, offset and weight of the heaviest wall: 3 sectors by 2 rows."""
-        votes = np.zeros((N_SECTORS, self._n_rows))
+        votes, sums = np.zeros((N_SECTORS, 1 + self._n_rows)), np.empty((N_SECTORS, self._n_rows))
         _vote(self._cell, weights, votes.ravel())
-        votes[:, 1:] += votes[:, :-1]
-        # The first sector follows the last.
-        around = np.concatenate([votes[-1:], votes, votes[:1]])
-        votes += around[:-2]
-        votes += around[2:]
-        sector, row = np.unravel_index(int(np.argmax(votes)), votes.shape)
+        _sum_around(votes, sums)
+        sector, row = divmod(int(np.argmax(sums)), self._n_rows)
         angle = (sector + 0.5) * SECTOR - np.pi
         normal = np.sin(angle) * self._right + np.cos(angle) * self._forward
-        return normal, -(self._low + row * ROW), float(votes[sector, row])
+        return normal, -(self._low + row * ROW), float(sums[sector, row])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -57,3 +54,17 @@ def _vote(cell: Array, weights: Array, votes: Array) -> None:
     """Add the (n,) weights to the votes of their cells."""
     for point in range(len(cell)):
         votes[cell[point]] += weights[point]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_around(votes: Array, sums: Array) -> None:
+    """Set (n, m) sums to those of (n, 1 + m) votes in 3 sectors by 2 rows, the second on it."""
+    for sector in range(len(sums)):
+        # The first sector follows the last.
+        here, before, after = votes[sector], votes[sector - 1], votes[(sector + 1) % len(sums)]
+        for row in range(sums.shape[1]):
+            sums[sector, row] = (
+                (here[row] + here[row + 1])
+                + (before[row] + before[row + 1])
+                + (after[row] + after[row + 1])
+            )

@@ -28,17 +28,17 @@ def fit_local_planes(
     evenly spaced. radius, max_bend: see `observe_points`.
     """
     height, width = inverse.shape
-    normals = np.full((height, width, 3), np.nan, np.float32)
-    area = np.zeros((height, width), np.float32)
+    normals, area = np.empty((height, width, 3), np.float32), np.empty(inverse.shape, np.float32)
     if height < 3 or width < 3:
+        normals[:], area[:] = np.nan, 0
         return normals, area
     is_smooth = np.zeros((height, width), np.uint8)
     _mark_smooth(inverse, max_bend, is_smooth)
     to_edge = _distance_to_edge(is_smooth, radius + 1)
-    sums = np.empty((height + 1, width + 1, 3))
-    _sum_up(inverse, x, y, sums)
+    n_kept = 1 << (2 * radius + 1).bit_length()
+    sums, fits = np.zeros((n_kept, width + 1, 3)), np.zeros((3, width), np.float32)
     dx, dy = (float(axis[-1] - axis[0]) / (len(axis) - 1) for axis in (x, y))
-    _fit_windows(inverse, x, y, to_edge, sums, _scales(radius, dx, dy), normals, area)
+    _fit_rows(inverse, x, y, to_edge, _scales(radius, dx, dy), sums, fits, normals, area)
     return normals, area
 
 
@@ -82,62 +82,97 @@ def _distance_to_edge(is_smooth: Array, cap: int) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sum_up(inverse: Array, x: Array, y: Array, sums: Array) -> None:
-    """Set `sums` to those of (1, x, y)/z over all pixels above and to the left.
-
-    sums: (h + 1, w + 1, 3) float64.
-    """
-    height, width = inverse.shape
-    sums[0] = 0.0
-    for v in range(height):
-        s0, s1, s2 = 0.0, 0.0, 0.0
-        sums[v + 1, 0] = 0.0
-        for u in range(width):
-            value = np.float64(inverse[v, u])
-            if np.isfinite(value):
-                s0 += value
-                s1 += value * x[u]
-                s2 += value * y[v]
-            sums[v + 1, u + 1, 0] = sums[v, u + 1, 0] + s0
-            sums[v + 1, u + 1, 1] = sums[v, u + 1, 1] + s1
-            sums[v + 1, u + 1, 2] = sums[v, u + 1, 2] + s2
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _fit_windows(
+def _fit_rows(
     inverse: Array,
     x: Array,
     y: Array,
     to_edge: Array,
-    sums: Array,
     scales: Array,
+    sums: Array,
+    fits: Array,
     normals: Array,
     area: Array,
 ) -> None:
     """Set normal and area by a fit in the largest square window that `to_edge` allows.
 
+    sums: (2^k, w + 1, 3) zeros, more rows than any window, and fits: (3, w), to work with. Rows
+    that no window needs any more are overwritten: all of them would not stay in the cache.
+    """
+    radius, kept = len(scales) - 1, len(sums) - 1
+    pixel = np.float32((x[1] - x[0]) * (y[1] - y[0]))
+    for last in range(len(y) + radius):
+        if last < len(y):
+            _sum_up(inverse[last], x, y[last], sums[last & kept], sums[(last + 1) & kept])
+        v = last - radius
+        if v >= 0:
+            _fit_windows(v, x, y[v], to_edge[v], scales, sums, fits)
+            _turn_to_camera(inverse[v], x, y[v], pixel, fits, normals[v], area[v])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_up(inverse: Array, x: Array, y: float, above: Array, here: Array) -> None:
+    """Set `here` to the sums of (1, x, y)/z over all pixels above and to the left.
+
+    inverse: (w,) of one row, y of the same. above, here: (w + 1, 3) of the row before and this.
+    """
+    s0, s1, s2 = 0.0, 0.0, 0.0
+    for u in range(len(x)):
+        value = np.float64(inverse[u])
+        if np.isfinite(value):
+            s0 += value
+            s1 += value * x[u]
+            s2 += value * y
+        here[u + 1, 0] = above[u + 1, 0] + s0
+        here[u + 1, 1] = above[u + 1, 1] + s1
+        here[u + 1, 2] = above[u + 1, 2] + s2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fit_windows(
+    v: int, x: Array, y: float, to_edge: Array, scales: Array, sums: Array, fits: Array
+) -> None:
+    """Set (3, w) `fits` of row v to the mean of 1/z and its slopes along x and y; NaN = none.
+
     The window holds no hole, so its sums of x and y are those of the grid, and centred
     coordinates decouple the three unknowns: box sums of products are all it takes.
     """
-    height, width = inverse.shape
-    one, pixel = np.float32(1), np.float32((x[1] - x[0]) * (y[1] - y[0]))
-    for v in range(height):
-        for u in range(width):
-            r = np.int64(to_edge[v, u]) - 1
-            if r < 1:
-                continue
-            t, b, f, e = v - r, v + r + 1, u - r, u + r + 1
-            s0 = sums[b, e, 0] - sums[t, e, 0] - sums[b, f, 0] + sums[t, f, 0]
-            s1 = sums[b, e, 1] - sums[t, e, 1] - sums[b, f, 1] + sums[t, f, 1]
-            s2 = sums[b, e, 2] - sums[t, e, 2] - sums[b, f, 2] + sums[t, f, 2]
-            mean = np.float32(s0 * scales[r, 0])
-            slope_x = np.float32((s1 - x[u] * s0) * scales[r, 1])
-            slope_y = np.float32((s2 - y[v] * s0) * scales[r, 2])
-            level = mean - slope_x * x[u] - slope_y * y[v]
-            per_norm = one / np.sqrt(slope_x * slope_x + slope_y * slope_y + level * level)
-            normals[v, u, 0] = -slope_x * per_norm
-            normals[v, u, 1] = -slope_y * per_norm
-            normals[v, u, 2] = -level * per_norm
-            cosine = mean * per_norm / np.sqrt(one + x[u] * x[u] + y[v] * y[v])
-            here = inverse[v, u]
-            area[v, u] = pixel / (here * here * max(cosine, np.float32(MIN_COSINE)))
+    kept = len(sums) - 1
+    for u in range(len(x)):
+        r = np.int64(to_edge[u]) - 1
+        if r < 1:
+            fits[0, u] = np.nan
+            continue
+        top, bottom = sums[(v - r) & kept], sums[(v + r + 1) & kept]
+        f, e = u - r, u + r + 1
+        s0 = bottom[e, 0] - top[e, 0] - bottom[f, 0] + top[f, 0]
+        s1 = bottom[e, 1] - top[e, 1] - bottom[f, 1] + top[f, 1]
+        s2 = bottom[e, 2] - top[e, 2] - bottom[f, 2] + top[f, 2]
+        fits[0, u] = s0 * scales[r, 0]
+        fits[1, u] = (s1 - x[u] * s0) * scales[r, 1]
+        fits[2, u] = (s2 - y * s0) * scales[r, 2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _turn_to_camera(
+    inverse: Array, x: Array, y: float, pixel: float, fits: Array, normals: Array, area: Array
+) -> None:
+    """Set the (w, 3) normals and the (w,) areas of a row.
+
+    inverse: (w,) its 1/z. pixel: area of a pixel at z = 1, seen straight on.
+    fits: see `_fit_windows`; changed.
+    """
+    one, least = np.float32(1), np.float32(MIN_COSINE)
+    a, b, c = fits[0], fits[1], fits[2]
+    # In place, since a loop over more arrays does not vectorise.
+    for u in range(len(x)):
+        mean, slope_x, slope_y = a[u], b[u], c[u]
+        level = mean - slope_x * x[u] - slope_y * y
+        per_norm = one / np.sqrt(slope_x * slope_x + slope_y * slope_y + level * level)
+        a[u], b[u], c[u] = -slope_x * per_norm, -slope_y * per_norm, -level * per_norm
+        cosine = mean * per_norm / np.sqrt(one + x[u] * x[u] + y * y)
+        cosine = cosine if cosine > least else least
+        covered = pixel / (inverse[u] * inverse[u] * cosine)
+        area[u] = covered if mean == mean else np.float32(0)
+    for axis in range(3):
+        for u in range(len(x)):
+            normals[u, axis] = fits[axis, u]

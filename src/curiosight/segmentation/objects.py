@@ -27,36 +27,47 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
     each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
-    carriers = [support for support in around.supports if support.carries_objects]
-    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
     number = np.zeros(free.shape, np.int32)
     clusters: list[Cluster] = []
-    free = free.copy()
-    for support in reversed(carriers):
-        over = _take_over(free, bodies, support, around)
-        for thing, verdict in _judged(find_things(over, support, around), support, around):
-            clusters.append(_cluster(thing, verdict, support, around))
-            number.ravel()[thing.members] = len(clusters)
+    for thing, verdict in _judged(find_things(divide(free, around), around), around):
+        clusters.append(_cluster(thing, verdict, around))
+        number.ravel()[thing.members] = len(clusters)
     return number, clusters
 
 
-def _judged(
-    things: list[Thing], support: Support, around: Surroundings
-) -> list[tuple[Thing, Verdict]]:
+def divide(free: Mask, around: Surroundings) -> Array:
+    """(h, w) int8: the place in `supports` of what each free point is over, -1 = of nothing."""
+    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
+    carrier, free = np.full(free.shape, -1, np.int8), free.copy()
+    for place, support in reversed(list(enumerate(around.supports))):
+        if support.carries_objects:
+            _take_over(free, bodies, support, place, around, carrier)
+    return carrier
+
+
+def _judged(things: list[Thing], around: Surroundings) -> list[tuple[Thing, Verdict]]:
     """Return things with their verdicts; what is parted into objects stands last."""
-    judged = [(thing, judge(thing, support, around)) for thing in things]
-    if not support.settings.part_touching:
+    judged = [(thing, judge(thing, around)) for thing in things]
+    parted = [
+        verdict is Verdict.OBJECT and around.supports[thing.support].settings.part_touching
+        for thing, verdict in judged
+    ]
+    if not any(parted):
         return judged
-    whole = [thing for thing, verdict in judged if verdict is Verdict.OBJECT]
-    others = [(thing, verdict) for thing, verdict in judged if verdict is not Verdict.OBJECT]
-    objects = part_touching(whole, support, around) if whole else []
-    return [*others, *((thing, Verdict.OBJECT) for thing in objects)]
+    whole = [thing for (thing, _), is_parted in zip(judged, parted, strict=True) if is_parted]
+    others = [pair for pair, is_parted in zip(judged, parted, strict=True) if not is_parted]
+    return [*others, *((thing, Verdict.OBJECT) for thing in part_touching(whole, around))]
 
 
-def _take_over(free: Mask, bodies: Bodies, support: Support, around: Surroundings) -> Mask:
-    """(h, w) bool: the free points over a support; they, and those under it, are free no more."""
-    over = np.zeros(free.shape, np.bool_)
-    extent = over if support.extent is None else support.extent
+def _take_over(
+    free: Mask, bodies: Bodies, support: Support, place: int, around: Surroundings, carrier: Array
+) -> None:
+    """Set `carrier` to the place of a support where free points are over it.
+
+    They, and those under it, are free no more. All are (h, w).
+    """
+    nowhere = np.zeros((1, 1), np.bool_)
+    extent = nowhere if support.extent is None else support.extent
     _divide(
         free,
         bodies.number,
@@ -68,10 +79,9 @@ def _take_over(free: Mask, bodies: Bodies, support: Support, around: Surrounding
         support.settings.slab,
         around.settings.noise,
         support.settings.max_height,
-        support is around.supports[0],
-        over,
+        place,
+        carrier,
     )
-    return over
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -86,31 +96,33 @@ def _divide(
     slab: float,
     noise: float,
     max_height: float,
-    is_lowest: bool,
-    over: Array,
+    place: int,
+    carrier: Array,
 ) -> None:
-    """Set `over`, and change `free`, as `_take_over` says; all are (h, w).
+    """Set `carrier`, and change `free`, as `_take_over` says; all are (h, w).
 
-    is_beside: (n_bodies,), see `beside_table`. What is free inside the slab faces elsewhere: the
-    foot of something, or a crease.
+    extent, core: (1, 1) where the support has none. is_beside: (n_bodies,), see `beside_table`.
+    What is free inside the slab faces elsewhere: the foot of something, or a crease.
     """
     base, slope, highest = np.float32(slab), np.float32(noise), np.float32(max_height)
+    is_table, is_lowest = extent.shape == free.shape, place == 0
     for v in range(free.shape[0]):
         for u in range(free.shape[1]):
             if not free[v, u]:
                 continue
             height = heights[v, u]
             band = base + slope * (depth[v, u] * depth[v, u])
-            is_in = extent[v, u] and not is_beside[body[v, u]]
+            is_in = is_table and extent[v, u] and not is_beside[body[v, u]]
             is_under = is_in and height > -1.2 and (core[v, u] or height > -band)
             is_over = band < 2 * height and height < highest and (is_in or is_lowest)
-            over[v, u] = is_over
+            if is_over:
+                carrier[v, u] = place
             free[v, u] = not (is_under or is_over)
 
 
-def _cluster(thing: Thing, verdict: Verdict, support: Support, around: Surroundings) -> Cluster:
+def _cluster(thing: Thing, verdict: Verdict, around: Surroundings) -> Cluster:
     """Return a thing as the rest of the program knows it."""
-    stride = around.points.stride
+    stride, support = around.points.stride, around.supports[thing.support]
     u_min, v_min, u_max, v_max = (stride * end for end in thing.box)
     return Cluster(
         verdict=verdict,

@@ -8,18 +8,20 @@ is refined by least squares in inverse depth, where the sensor's noise is the sa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from curiosight.segmentation.points import Points
+from curiosight.segmentation.plane_fit import fit_plane
+from curiosight.segmentation.points import Points, rows_at
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
-# Added to the sums of a fit, so that points on a line can be fitted too.
-TINY = 1e-9 * np.eye(3)
+# Added to the diagonal of a fit's sums, so that points on a line can be fitted too.
+TINY = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +59,16 @@ def _measure_distances(depth: Array, x: Array, y: Array, plane: Array, distances
             distances[v, u] = depth[v, u] * (x[u] * a + in_row) + offset
 
 
+def coordinates_on(axes: Array, normal: Array, offset: float) -> Array:
+    """Return (4, 3) float32 from (x, y, z, 1) to metres along two axes and over a plane.
+
+    axes: (3, 2) directions on the plane normal·p + offset = 0.
+    """
+    to_plane = np.zeros((4, 3), np.float32)
+    to_plane[:3, :2], to_plane[:3, 2], to_plane[3, 2] = axes, normal, offset
+    return to_plane
+
+
 def noise_band(depth: Array, base: float, noise: float) -> Array:
     """Return the half-thickness in metres of a plane seen at some depths z: base + noise z².
 
@@ -82,61 +94,19 @@ class Surface:
     band: Array
 
     @classmethod
-    def gather(cls, points: Points, band: Array, is_part: Mask) -> Self:
-        """Return the points where the (h, w) `is_part` is true."""
-        where = np.flatnonzero(is_part)
+    def gather(cls, points: Points, band: Array, where: Array) -> Self:
+        """Return the points at (n,) flat indices; band: (h, w)."""
         return cls(where, points.xyz_at(where), points.area.take(where), band.take(where))
 
-    def part(self, is_part: Mask) -> Self:
-        """Return the points where the (n,) `is_part` is true."""
-        chosen = np.flatnonzero(is_part)
-        arrays = (self.where, self.xyz, self.area, self.band)
-        return type(self)(*(array.take(chosen, axis=0) for array in arrays))
+    def at(self, places: Array) -> Self:
+        """Return the points at the (n,) places."""
+        area, band = self.area.take(places), self.band.take(places)
+        return type(self)(self.where.take(places), rows_at(self.xyz, places), area, band)
 
-
-def fit_plane(
-    xyz: Array, band: Array, normal: Array, offset: float, *, max_points: int = 8000
-) -> tuple[Array, float, Array] | None:
-    """Fit a plane to points, thrice, within 3, 1.5 and 1 times `band` of the last fit.
-
-    xyz: (n, 3) and band: (n,) float32 metres. normal, offset: where to begin; the side is kept.
-    max_points: of more, evenly spaced ones are fitted.
-    Return normal, offset and the (n,) bool inliers; None when fewer than 50 points remain.
-    """
-    stride = 1 + len(xyz) // max_points
-    for slack in (3.0, 1.5, 1.0):
-        sums = np.zeros((4, 4))
-        _sum_rays(xyz, band, slack, normal, offset, stride, sums)
-        if sums[2, 2] * stride < 50:
-            return None
-        # n·p = 1 divided by z: rays·n = 1/z, whose noise does not depend on the distance.
-        solution = np.linalg.solve(sums[:3, :3] + TINY, sums[:3, 3])
-        length = float(np.sqrt(solution @ solution))
-        sign = 1.0 if solution @ normal > 0 else -1.0
-        normal, offset = sign * solution / length, -sign / length
-    signed = xyz @ normal.astype(np.float32) + np.float32(offset)
-    return normal, offset, np.abs(signed) < band
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _sum_rays(
-    xyz: Array, band: Array, slack: float, normal: Array, offset: float, stride: int, sums: Array
-) -> None:
-    """Add the products of (x/z, y/z, 1, 1/z) of the points near a plane to `sums`.
-
-    Near is within `slack` times `band`. xyz: (n, 3) and band: (n,) float32, of which every
-    `stride`-th is taken. sums: (4, 4) float64.
-    """
-    a, b, c = np.float32(normal[0]), np.float32(normal[1]), np.float32(normal[2])
-    d, factor = np.float32(offset), np.float32(slack)
-    for i in range(0, len(xyz), stride):
-        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        if abs(x * a + y * b + z * c + d) < factor * band[i]:
-            inverse = 1 / np.float64(z)
-            row = (x * inverse, y * inverse, 1.0, inverse)
-            for j in range(4):
-                for k in range(4):
-                    sums[j, k] += row[j] * row[k]
+    def gap(self, normal: Array, offset: float) -> Array:
+        """(n,) metres between the points and the plane normal·p + offset = 0."""
+        gap: Array = np.abs(self.xyz @ normal.astype(np.float32) + np.float32(offset))
+        return gap
 
 
 def find_supports(
@@ -159,7 +129,7 @@ def find_supports(
     """
     vertical = up.astype(np.float32)
     is_level = facing(points, up, np.cos(max_normal_angle), np.inf, points.depth < max_range)
-    rest = Surface.gather(points, band, is_level)
+    rest = Surface.gather(points, band, np.flatnonzero(is_level))
     found: list[tuple[float, Plane]] = []
     for _ in range(2 * max_supports):
         heights = rest.xyz @ vertical
@@ -167,18 +137,17 @@ def find_supports(
         if peak_area < min_area or len(found) == max_supports:
             break
         is_near = np.abs(heights - height) < 0.04 + rest.band
-        near = rest.part(is_near)
-        fit = fit_plane(near.xyz, near.band, up, -height)
+        fit = fit_plane(rest.xyz, rest.band, np.flatnonzero(is_near), up, -height)
         is_rest = ~is_near
         if fit is not None and fit[0] @ up >= np.cos(max_tilt):
-            normal, offset, inliers = fit
-            visible_area = float(near.area[inliers].sum())
+            gap = rest.gap(*fit)
+            inliers = np.flatnonzero(is_near & (gap < rest.band))
+            visible_area = float(rest.area.take(inliers).sum())
             if visible_area >= min_area:
-                mask = mask_of(near.where[inliers], points.depth.shape)
-                plane = Plane(normal, offset, mask)
-                found.append((visible_area, plane))
-                is_rest &= np.abs(plane.distance(rest.xyz)) > 1.5 * rest.band
-        rest = rest.part(is_rest)
+                mask = mask_of(rest.where.take(inliers), points.depth.shape)
+                found.append((visible_area, Plane(*fit, mask)))
+                is_rest &= gap > 1.5 * rest.band
+        rest = rest.at(np.flatnonzero(is_rest))
     found.sort(key=lambda pair: -pair[0])
     return [plane for _, plane in found]
 
@@ -199,11 +168,13 @@ def _mark_facing(
 ) -> None:
     """Set (h, w) `is_facing` as `facing` says."""
     least, most = np.float32(low), np.float32(high)
+    a, b, c = direction
     for v in range(free.shape[0]):
         for u in range(free.shape[1]):
-            cosine = normals[v, u, 0] * direction[0] + normals[v, u, 1] * direction[1]
-            cosine += normals[v, u, 2] * direction[2]
-            is_facing[v, u] = free[v, u] & (cosine > least) & (cosine < most)
+            is_facing[v, u] = False
+            if free[v, u]:
+                cosine = normals[v, u, 0] * a + normals[v, u, 1] * b + normals[v, u, 2] * c
+                is_facing[v, u] = (cosine > least) & (cosine < most)
 
 
 def mask_of(where: Array, shape: tuple[int, ...]) -> Mask:
@@ -235,11 +206,9 @@ def _sum_area(heights: Array, area: Array, low: float, step: float, sums: Array)
 
 def horizontal_axes(up: Array) -> tuple[Array, Array]:
     """Return two unit vectors that span the horizontal plane: the camera's right and forward."""
-    x, y, z = (float(component) for component in up)
-    right = np.array([1.0 - x * x, -x * y, -x * z])
-    if right @ right < 0.01:
-        right = np.array([-z * x, -z * y, 1.0 - z * z])
-    right /= np.sqrt(right @ right)
-    # The cross product of right and up, which NumPy takes long for.
-    i, j, k = (float(component) for component in right)
-    return right, np.array([j * z - k * y, k * x - i * z, i * y - j * x])
+    x, y, z = up.tolist()
+    # Of the camera's x axis what is level, or of its z axis where that is upright.
+    i, j, k = (1 - x * x, -x * y, -x * z) if x * x < 0.99 else (-z * x, -z * y, 1 - z * z)
+    length = sqrt(i * i + j * j + k * k)
+    i, j, k = i / length, j / length, k / length
+    return np.array([i, j, k]), np.array([j * z - k * y, k * x - i * z, i * y - j * x])

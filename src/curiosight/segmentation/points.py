@@ -43,8 +43,7 @@ class Points:
 
     def xyz_at(self, where: Array) -> Array:
         """Return the (n, 3) points at (n,) flat indices of the grid."""
-        xyz: Array = self.xyz.reshape(-1, 3).take(where, axis=0)
-        return xyz
+        return rows_at(self.xyz, where)
 
     def corner_rays(self) -> Array:
         """Return the (4, 3) rays (x, y, 1) round the image's corners, one after the other."""
@@ -54,44 +53,64 @@ class Points:
 
     def normals_at(self, where: Array) -> Array:
         """Return the (n, 3) normals at (n,) flat indices of the grid."""
-        normals: Array = self.normals.reshape(-1, 3).take(where, axis=0)
-        return normals
+        return rows_at(self.normals, where)
+
+
+def rows_at(vectors: Array, where: Array) -> Array:
+    """Return the (n, 3) vectors at (n,) flat indices of (…, 3) float32 ones."""
+    rows = np.empty((len(where), 3), np.float32)
+    # NumPy's own `take` copies row by row, which takes twice as long.
+    _take_rows(vectors.reshape(-1, 3), np.ascontiguousarray(where), rows)
+    return rows
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take_rows(vectors: Array, where: Array, rows: Array) -> None:
+    """Set the (n, 3) rows to the vectors at (n,) indices."""
+    for place in range(len(where)):
+        for axis in range(3):
+            rows[place, axis] = vectors[where[place], axis]
 
 
 def observe_points(
-    depth: Depth, camera: Camera, *, stride: int = 2, radius: int = 4, max_bend: float = 0.01
+    depth: Depth, camera: Camera, *, stride: int = 2, radius_px: float = 8, max_bend: float = 0.01
 ) -> Points:
     """Back-project depth and fit a local plane around every point.
 
-    radius: half the window of the fit, in pixels of the coarse grid; next to an edge the
-        window shrinks with the distance to it, and below 1 there is no normal.
+    stride: every so many rows and columns are taken.
+    radius_px: half the window of the fit, in pixels of an image with 640 columns; next to an
+        edge the window shrinks with the distance to it, and below 1 there is no normal.
     max_bend: a second difference of inverse depth (1/m) that counts as an edge, beside 4 mm of
         depth for rounding; 0.01 is a step of 1 cm at 1 m, 9 cm at 3 m.
     """
     height, width = depth.shape
     x = ((np.arange(0, width, stride) - camera.cx) / camera.fx).astype(np.float32)
     y = ((np.arange(0, height, stride) - camera.cy) / camera.fy).astype(np.float32)
-    z = np.ascontiguousarray(depth[::stride, ::stride])
-    xyz, inverse = np.empty((*z.shape, 3), np.float32), np.empty(z.shape, np.float32)
-    _back_project(z, x, y, xyz, inverse)
+    z, inverse = np.empty((2, len(y), len(x)), np.float32)
+    xyz = np.empty((len(y), len(x), 3), np.float32)
+    _back_project(depth, stride, x, y, z, inverse, xyz)
+    radius = max(1, round(radius_px * width / (640 * stride)))
     normals, area = fit_local_planes(inverse, x, y, radius, max_bend)
     return Points(xyz, z, normals, area, x, y, stride)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _back_project(depth: Array, x: Array, y: Array, xyz: Array, inverse: Array) -> None:
-    """Set the (h, w, 3) points of the (h, w) depth in metres, and their (h, w) 1/z.
+def _back_project(
+    depth: Array, stride: int, x: Array, y: Array, z: Array, inverse: Array, xyz: Array
+) -> None:
+    """Set z, 1/z and (h, w, 3) point of every `stride`-th pixel of the depth in metres.
 
     x, y: (w,) and (h,) normalised pixels of the columns and rows.
     """
-    height, width = depth.shape
-    for v in range(height):
-        for u in range(width):
-            z = depth[v, u]
-            xyz[v, u, 0] = z * x[u]
-            xyz[v, u, 1] = z * y[v]
-            xyz[v, u, 2] = z
-            inverse[v, u] = np.float32(1) / z
+    for v in range(len(y)):
+        for u in range(len(x)):
+            z[v, u] = depth[v * stride, u * stride]
+        for u in range(len(x)):
+            inverse[v, u] = np.float32(1) / z[v, u]
+        for u in range(len(x)):
+            xyz[v, u, 0] = z[v, u] * x[u]
+            xyz[v, u, 1] = z[v, u] * y[v]
+            xyz[v, u, 2] = z[v, u]
 
 
 def spread(
@@ -104,8 +123,8 @@ def spread(
     beyond: for the pixels farther than `max_depth` and those without a reading.
     """
     spread = np.empty(depth.shape, np.int32)
-    repeated = np.empty(depth.shape[1], np.int32)
     cells = values.reshape(coarse.shape)
+    repeated = np.empty(stride * coarse.shape[1], np.int32)
     _spread(cells, coarse, depth, stride, max_depth, beyond, repeated, spread)
     return spread
 
@@ -121,7 +140,7 @@ def _spread(
     repeated: Array,
     spread: Array,
 ) -> None:
-    """Set what `spread` returns; values: (h, w). repeated: (W,), to work with.
+    """Set what `spread` returns; values: (h, w). repeated: (w * stride,), to work with.
 
     Every pixel takes the cell to its upper left, in loops that vectorise; then the few whose
     cells around differ choose.
@@ -129,9 +148,9 @@ def _spread(
     height, width = depth.shape
     farthest, nothing = np.float32(max_depth), np.int32(beyond)
     for row in range(len(values)):
-        for column in range(values.shape[1]):
-            for u in range(column * stride, min(column * stride + stride, width)):
-                repeated[u] = values[row, column]
+        for shift in range(stride):
+            for column in range(values.shape[1]):
+                repeated[column * stride + shift] = values[row, column]
         for v in range(row * stride, min(row * stride + stride, height)):
             for u in range(width):
                 spread[v, u] = repeated[u] if depth[v, u] <= farthest else nothing
@@ -141,7 +160,8 @@ def _spread(
             differs = values[row, column] ^ values[row, right]
             differs |= values[row, column] ^ values[below, column]
             if differs | (values[row, column] ^ values[below, right]):
-                _choose_cells(values, coarse, depth, stride, farthest, row, column, spread)
+                corners = row, column, below, right
+                _choose_cells(values, coarse, depth, stride, farthest, corners, spread)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -151,27 +171,27 @@ def _choose_cells(
     depth: Array,
     stride: int,
     farthest: float,
-    row: int,
-    column: int,
+    corners: tuple[int, int, int, int],
     spread: Array,
 ) -> None:
-    """Give the pixels below and to the right of a cell the value of that closest in depth.
+    """Give the pixels below and to the right of a cell the value of the cell closest in depth.
 
-    A cell or a pixel without a reading is never close.
+    corners: row and column of the cell, and of that below it and to its right. A cell or a
+    pixel without a reading is never close.
     """
+    row, column, below, right = corners
     for v in range(row * stride, min(row * stride + stride, depth.shape[0])):
+        # In the cell's own row, and column, there is nothing to choose from beyond it.
+        other_v = below if v > row * stride else row
         for u in range(column * stride, min(column * stride + stride, depth.shape[1])):
-            here, least = depth[v, u], np.float32(np.inf)
-            if not here <= farthest:
-                continue
-            for cell_v in range(row, min(row + 1 + (v > row * stride), len(coarse))):
-                for cell_u in range(
-                    column, min(column + 1 + (u > column * stride), coarse.shape[1])
-                ):
-                    gap = abs(coarse[cell_v, cell_u] - here)
-                    if gap < least:
-                        least = gap
-                        spread[v, u] = values[cell_v, cell_u]
+            other_u = right if u > column * stride else column
+            here, least, value = depth[v, u], np.float32(np.inf), values[row, column]
+            for cell in ((row, column), (row, other_u), (other_v, column), (other_v, other_u)):
+                gap = abs(coarse[cell] - here)
+                if gap < least:
+                    least, value = gap, values[cell]
+            if here <= farthest:
+                spread[v, u] = value
 
 
 def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: float) -> Array:
@@ -196,7 +216,7 @@ def _look_up(
     depth, x, y: see `Points`. index: (w,) int32, to work with.
     """
     n_rows, n_columns = np.float32(len(cells)), np.float32(cells.shape[1])
-    width = np.int32(cells.shape[1])
+    width, outside = np.int32(cells.shape[1]), np.float32(-np.inf)
     flat = cells.reshape(cells.size)
     a, b, c, d = to_map[0], to_map[1], to_map[2], to_map[3]
     for v in range(len(y)):
@@ -208,7 +228,7 @@ def _look_up(
             is_on_map = (column >= 0.0) & (column < n_columns) & (row >= 0.0) & (row < n_rows)
             index[u] = np.int32(row) * width + np.int32(column) if is_on_map else np.int32(-1)
         for u in range(len(x)):
-            found[v, u] = flat[index[u]] if index[u] >= 0 else -np.inf
+            found[v, u] = flat[index[u]] if index[u] >= 0 else outside
 
 
 def ends(values: Array, share: float = 0.01) -> tuple[float, float]:

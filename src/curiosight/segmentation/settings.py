@@ -61,6 +61,8 @@ TABLE = SupportSettings(
 MIN_NOISE = 0.0005
 # Farther than this times the range set, pixels are too sparse on small things.
 MAX_REACH = 1.5
+# What such a sensor sees is worth a finer grid.
+FINE_STRIDE = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +77,16 @@ class SegmentationSettings:
     min_wall_diagonal: of a vertical plane's visible part, to be a wall; `min_cut_wall_diagonal`
         where the image's frame cuts it.
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
+    min_table_area, min_table_diagonal: of a level surface (m², metres), to carry things as a
+        table does: smaller ones are a box's lid. With .12 and .45 seats of chairs carry too.
+    stride: every so many rows and columns are looked at, of an image with 640 columns; others
+        have about as many on their grid.
     border_px: width of the image's frame that no object may touch.
     min_cluster_px: fewer pixels are no cluster.
     noise: of inverse depth, 1/m; bands around planes grow by noise·z². A Kinect's disparity
         step is 0.0028.
     follow_sensor: where the recording's sensor is clearly better than `noise` says, bands are
-        thinner and the range is longer, see `for_sensor`.
+        thinner, the range is longer and the grid finer, see `for_sensor`.
     """
 
     max_range: float = 4.0
@@ -88,6 +94,9 @@ class SegmentationSettings:
     min_wall_diagonal: float = 1.5
     min_cut_wall_diagonal: float = 1.0
     wall_gap: float = 0.10
+    min_table_area: float = 0.25
+    min_table_diagonal: float = 0.7
+    stride: int = 3
     border_px: int = 10
     min_cluster_px: int = 200
     noise: float = 0.0035
@@ -99,6 +108,10 @@ class SegmentationSettings:
         others = ("floor", "table", "follow_sensor")
         _check_positive(self, [name for name in self.__slots__ if name not in others])
 
+    def stride_at(self, width: int) -> int:
+        """Return every how many columns of an image so wide are looked at."""
+        return max(1, round(self.stride * width / 640))
+
     def for_sensor(self, noise: float | None) -> Self:
         """Return the thresholds for a sensor with this noise of inverse depth, 1/m.
 
@@ -108,4 +121,10 @@ class SegmentationSettings:
             return self
         noise = max(noise, MIN_NOISE)
         reach = min((self.noise / noise) ** 0.5, MAX_REACH)
-        return replace(self, noise=noise, max_range=reach * self.max_range, follow_sensor=False)
+        return replace(
+            self,
+            noise=noise,
+            max_range=reach * self.max_range,
+            stride=min(self.stride, FINE_STRIDE),
+            follow_sensor=False,
+        )

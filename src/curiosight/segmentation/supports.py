@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from curiosight.segmentation.footprint import above_footprint, largest_piece
 from curiosight.segmentation.planes import (
@@ -15,12 +16,11 @@ from curiosight.segmentation.planes import (
     Plane,
     find_supports,
     horizontal_axes,
-    mask_of,
     noise_band,
 )
 from curiosight.segmentation.points import Points, ends, median
 from curiosight.segmentation.settings import SegmentationSettings, SupportSettings
-from curiosight.segmentation.table_map import MARGIN, MIN_TABLE_AREA, MIN_TABLE_DIAGONAL
+from curiosight.segmentation.table_map import MARGIN
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
@@ -95,18 +95,20 @@ def choose_supports(
     known_tables: are supports even where little or nothing of their tops is in view.
     """
     planes = find_planes(points, up, settings)
-    large = [p for p in planes if p is planes[0] or _is_large(points, p, up)]
+    large = [p for p in planes if p is planes[0] or _is_large(points, p, up, settings)]
     if camera_height is None:
         ordered = sorted(large, key=lambda plane: -plane.offset)
         tables = ordered if scene == "table" else ordered[1:]
         floors = [Support(p, settings.floor, p.distances(points)) for p in ordered[:1]]
         return floors[: len(ordered) - len(tables)] + [_table(points, p, settings) for p in tables]
     levels = [_Level(plane, _height(points, plane.inliers, up)) for plane in planes]
-    floor = _plane_at(points, up, levels, camera_height, settings.noise, SAME_HEIGHT)
+    everywhere = np.ones(points.depth.shape, np.bool_)
+    floor = _plane_at(points, up, levels, camera_height, settings.noise, SAME_HEIGHT, everywhere)
+    seen = [(table, table.inset > -MARGIN) for table in known_tables]
     known = [
-        _known_support(points, up, levels, table, settings)
-        for table in known_tables
-        if np.count_nonzero(table.inset > -MARGIN) >= 50
+        _known_support(points, up, levels, table, extent, settings)
+        for table, extent in seen
+        if np.count_nonzero(extent) >= 50
     ]
     new = [
         _table(points, plane, settings)
@@ -128,10 +130,14 @@ def _known_support(
     up: Array,
     levels: list[_Level],
     table: KnownTable,
+    extent: Mask,
     settings: SegmentationSettings,
 ) -> Support:
-    """Return a known table as this frame shows it: where it shows the top, that is sharper."""
-    extent, core = table.inset > -MARGIN, table.inset > 0.25
+    """Return a known table as this frame shows it: where it shows the top, that is sharper.
+
+    extent: (h, w) bool, where it is by the table's outline.
+    """
+    core = table.inset > 0.25
     plane = _plane_at(points, up, levels, table.offset, settings.noise, 0.06, extent)
     if np.count_nonzero(plane.inliers & extent) >= 50:
         (shown,) = above_footprint(points, plane, (MARGIN,))
@@ -145,7 +151,8 @@ def _known_support(
 
 def _is_covered(plane: Plane, tables: list[Support]) -> bool:
     """Tell whether most of a plane belongs to known tables."""
-    extents = [table.extent[plane.inliers] for table in tables if table.extent is not None]
+    where = np.flatnonzero(plane.inliers)
+    extents = [table.extent.take(where) for table in tables if table.extent is not None]
     return bool(extents) and float(np.mean(np.any(extents, axis=0))) >= 0.5
 
 
@@ -163,19 +170,14 @@ def share_below(points: Points, plane: Plane) -> float:
     return float(np.count_nonzero(is_below)) / n_seen
 
 
-def _area(points: Points, plane: Plane) -> float:
-    return float(points.area[plane.inliers].sum())
-
-
-def _is_large(points: Points, plane: Plane, up: Array) -> bool:
-    if _area(points, plane) < MIN_TABLE_AREA:
+def _is_large(points: Points, plane: Plane, up: Array, settings: SegmentationSettings) -> bool:
+    piece = np.flatnonzero(largest_piece(plane.inliers))
+    if float(points.area.take(piece).sum()) < settings.min_table_area:
         return False
-    piece = largest_piece(plane.inliers)
-    if float(points.area[piece].sum()) < MIN_TABLE_AREA:
-        return False
-    xyz = points.xyz_at(np.flatnonzero(piece))
+    # Its ends need no more of them.
+    xyz = points.xyz_at(piece[:: 1 + len(piece) // 2000])
     extent = [np.ptp(ends(xyz @ axis, 0.02)) for axis in horizontal_axes(up)]
-    return float(np.hypot(*extent)) >= MIN_TABLE_DIAGONAL
+    return float(np.hypot(*extent)) >= settings.min_table_diagonal
 
 
 def _height(points: Points, inliers: Mask, up: Array) -> float:
@@ -199,24 +201,50 @@ def _plane_at(
     offset: float,
     noise: float,
     tolerance: float,
-    extent: Mask | None = None,
+    extent: Mask,
 ) -> Plane:
     """Return the plane at a known height: as seen, else through the few level points near it.
 
     levels: largest first. tolerance: metres that a seen plane may be off.
-    extent: (h, w) bool, where to look; None = everywhere.
+    extent: (h, w) bool, where to look.
     """
     for level in levels:
-        if abs(level.height + offset) < tolerance:
-            if extent is None:
-                return level.plane
-            if np.count_nonzero(level.plane.inliers & extent) >= 50:
-                return _within(points, level.plane, extent, up)
-    where = np.arange(points.depth.size) if extent is None else np.flatnonzero(extent)
-    vertical = up.astype(np.float32)
-    heights = points.xyz_at(where) @ vertical
-    is_near = np.abs(heights + offset) < noise_band(points.depth.take(where), 0.06, noise)
-    is_near &= points.normals_at(where) @ vertical > 0.9
-    near = heights[is_near]
-    inliers = mask_of(where[is_near], points.depth.shape)
-    return Plane(up, -median(near) if len(near) >= 30 else offset, inliers)
+        is_there = abs(level.height + offset) < tolerance
+        if is_there and np.count_nonzero(level.plane.inliers & extent) >= 50:
+            return _within(points, level.plane, extent, up)
+    plane, is_level = np.array([*up, offset], np.float32), np.empty(extent.shape, np.bool_)
+    x, y, normals = points.x, points.y, points.normals
+    _mark_level(points.depth, x, y, normals, extent, plane, noise, is_level)
+    where = np.flatnonzero(is_level)
+    if len(where) >= 30:
+        offset = -median(points.xyz_at(where) @ plane[:3])
+    return Plane(up, offset, is_level)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_level(
+    depth: Array,
+    x: Array,
+    y: Array,
+    normals: Array,
+    extent: Array,
+    plane: Array,
+    noise: float,
+    is_level: Array,
+) -> None:
+    """Set (h, w) `is_level`: what is in an extent, near a level plane, and faces as it does.
+
+    depth, x, y, normals: see `Points`. plane: (4,) normal and offset.
+    """
+    a, b, c, offset = plane
+    base, slope, least = np.float32(0.06), np.float32(noise), np.float32(0.9)
+    for v in range(len(y)):
+        in_row = y[v] * b + c
+        for u in range(len(x)):
+            z = depth[v, u]
+            height = z * (x[u] * a + in_row) + offset
+            is_level[v, u] = extent[v, u] & (abs(height) < base + slope * (z * z))
+        for u in range(len(x)):
+            if is_level[v, u]:
+                cosine = normals[v, u, 0] * a + normals[v, u, 1] * b + normals[v, u, 2] * c
+                is_level[v, u] = cosine > least

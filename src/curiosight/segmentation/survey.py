@@ -130,7 +130,14 @@ def _tables(
         surface = level_surface(points, rotation.T @ up, settings.noise)
         for found, xyz in ((level, surface), (seen, points.xyz.reshape(-1, 3))):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
-    return map_tables(np.concatenate(level), np.concatenate(seen), up, floor)
+    return map_tables(
+        np.concatenate(level),
+        np.concatenate(seen),
+        up,
+        floor,
+        min_area=settings.min_table_area,
+        min_diagonal=settings.min_table_diagonal,
+    )
 
 
 def _walls(

@@ -31,9 +31,6 @@ from curiosight.segmentation.points import Points, look_up
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
 
-# A level surface is a table, not a box's lid or a chair's seat, from this size on.
-MIN_TABLE_AREA = 0.25
-MIN_TABLE_DIAGONAL = 0.7
 MIN_TABLE_HEIGHT, MAX_TABLE_HEIGHT = 0.2, 1.3
 # What is this close to a table's outline (metres) belongs to it.
 MARGIN = 0.05
@@ -82,18 +79,28 @@ class Table:
         return axes, self.low - T_world_camera[:3, 3] @ self.axes
 
 
-def map_tables(level: Array, seen: Array, up: Array, floor: float) -> tuple[Table, ...]:
+def map_tables(
+    level: Array,
+    seen: Array,
+    up: Array,
+    floor: float,
+    *,
+    min_area: float = 0.25,
+    min_diagonal: float = 0.7,
+) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
 
     level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
     up: (3,) unit vector; floor: metres along it.
+    min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
     """
     if len(seen) == 0:
         return ()
     ground = Ground.around(seen, up)
     cells, heights = ground.cells(seen), seen @ up - floor
     tops: list[tuple[float, Mask]] = []
-    for height, top in sorted(_tops(ground, level, level @ up - floor), key=lambda top: top[0]):
+    found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
+    for height, top in sorted(found, key=lambda top: top[0]):
         # The top of what stands on a table is none.
         if not any(np.mean(lower[top]) > 0.5 for _, lower in tops):
             tops.append((height, top))
@@ -142,7 +149,13 @@ def level_surface(points: Points, up: Array, noise: float) -> Array:
 
 
 def _tops(
-    ground: Ground, xyz: Array, heights: Array, *, step: float = 0.02
+    ground: Ground,
+    xyz: Array,
+    heights: Array,
+    min_area: float,
+    min_diagonal: float,
+    *,
+    step: float = 0.02,
 ) -> list[tuple[float, Mask]]:
     """Return height and (rows, columns) extent of the large level surfaces.
 
@@ -154,13 +167,13 @@ def _tops(
     while len(cells):
         layers = np.unique(np.stack([(heights / step).astype(np.int64), cells]), axis=1)[0]
         n_cells = np.convolve(np.bincount(layers), np.ones(3), "same")
-        if n_cells.max() * CELL**2 < 0.5 * MIN_TABLE_AREA:
+        if n_cells.max() * CELL**2 < 0.5 * min_area:
             break
         near = np.abs(heights - (int(np.argmax(n_cells)) + 0.5) * step) < 2.5 * step
         # Narrow strips are edges of something else, such as the back of a chair.
         layer = opened(closed(ground.count(cells[near]) > 0, 0.04), 0.04)
         for piece in pieces(closed(layer, 0.12)):
-            if area(piece) >= MIN_TABLE_AREA and diagonal(piece) >= MIN_TABLE_DIAGONAL:
+            if area(piece) >= min_area and diagonal(piece) >= min_diagonal:
                 height = float(np.median(heights[near][piece.ravel()[cells[near]]]))
                 # What stands on a table hides some of it, and casts a shadow.
                 found.append((height, closed(piece, 0.25)))

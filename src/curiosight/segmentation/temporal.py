@@ -21,10 +21,10 @@ from curiosight.segmentation.votes import VoxelVotes
 
 Array = npt.NDArray[Any]
 
-# Of the grid that votes, the same as the teacher's own.
+# Of the grid that is looked at and votes: what is remembered may take longer and be finer.
 STRIDE = 2
 # What only this view does not know; every other verdict is a vote against.
-ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
+ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.NEAR, Verdict.SMALL, Verdict.FLAT})
 
 
 class TemporalTeacher:
@@ -34,12 +34,14 @@ class TemporalTeacher:
     stands too close to another, is salient where it was seen whole before; and what most views
     take for table or wall is not salient in one of them. What has gone is forgotten.
 
-    min_ahead: votes by which salient must lead; twice as many against take it back, unless as
-        many see something salient beside, as poses drift by more than a mug's side is thick.
+    teacher: whose survey and thresholds it takes over, on a finer grid.
+    min_ahead: votes by which salient must lead. Twice as many against take it back, unless more
+        views than not see something salient here or beside: poses drift by more than a mug is
+        thick.
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
-        self.teacher = teacher
+        self.teacher = Teacher(teacher.survey, replace(teacher.settings, stride=STRIDE))
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
         self._tracker = UpTracker()
@@ -102,7 +104,7 @@ class TemporalTeacher:
         corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
         salient = np.flatnonzero(labels == Label.SALIENT)
         here, around = self.votes.balance(voxels.ravel()[salient]).T
-        denied = (here <= -2 * self.min_ahead) & (around <= 2 * self.min_ahead)
+        denied = (here <= -2 * self.min_ahead) & (around <= 0)
         corrected.ravel()[salient[denied]] = Label.UNKNOWN
         return corrected
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from curiosight.segmentation.clusters import euclidean_clusters, join_stacked
 from curiosight.segmentation.groups import Groups
@@ -17,8 +18,10 @@ from curiosight.segmentation.supports import Support
 from curiosight.segmentation.walls import Wall
 
 Array = npt.NDArray[Any]
-# Fewer points than this are noise, not a part of a thing.
-MIN_PART_POINTS = 15
+# So far apart, metres, are things on two supports moved before they are clustered.
+APART = 1000.0
+# What covers fewer pixels than this is noise, not a part of a thing.
+MIN_PART_PX = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +42,8 @@ class Surroundings:
 class Thing:
     """Points that stand together on a support.
 
-    members: (n,) flat indices. box: (u_min, v_min, u_max, v_max) on the grid, ends exclusive.
+    members: (n,) flat indices. support: its place in `Surroundings.supports`.
+    box: (u_min, v_min, u_max, v_max) on the grid, ends exclusive.
     size: metres, width, length and height over the support, without the outermost 1 %.
     bottom, top: heights over the support in metres, without the outermost 10 %.
     distance: median metres along z.
@@ -47,6 +51,7 @@ class Thing:
     """
 
     members: Array
+    support: int
     box: tuple[int, int, int, int]
     size: tuple[float, float, float]
     bottom: float
@@ -56,32 +61,58 @@ class Thing:
     stands: bool
 
 
-def find_things(free: Mask, support: Support, around: Surroundings) -> list[Thing]:
-    """Return what the `free` points, (h, w) bool, over a support are, without the smallest."""
-    points, limits = around.points, support.settings
-    where = np.flatnonzero(free)
-    cluster = euclidean_clusters(points.xyz_at(where), leaf=limits.leaf, tolerance=limits.tolerance)
-    parts = Groups.of(where, cluster, min_points=MIN_PART_POINTS)
+def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
+    """Return what the points over supports are, without the smallest.
+
+    carrier: (h, w) int8, the place in `supports` of what each point is over, -1 = of nothing.
+    """
+    points, supports = around.points, around.supports
+    parts = _cluster(carrier, around)
     if len(parts) == 0:
         return []
-    boxes = parts.ends(_places(parts, support, points), 0.02)
+    support = carrier.take(parts.members[parts.start[:-1]])
+    boxes = parts.ends(_places(parts, support, around), 0.02)
     mean_depth = np.add.reduceat(points.depth.take(parts.members), parts.start[:-1]) / parts.sizes
-    noise = around.settings.noise * mean_depth**2
-    hovers = boxes[:, 2, 0] > limits.slab + 0.06 + 3 * noise
+    slab = np.array([s.settings.slab for s in supports]).take(support)
+    hovers = boxes[:, 2, 0] > slab + 0.06 + 3 * around.settings.noise * mean_depth**2
     hovers &= parts.hidden_shares(points.depth) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & ~_is_cut(parts, around.border)
-    is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < limits.max_size
-    thing = join_stacked(boxes, is_part)
-    return measure_things(parts.joined(thing), np.bincount(thing, ~hovers) > 0, support, around)
+    max_size = np.array([s.settings.max_size for s in supports]).take(support)
+    is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < max_size
+    thing = join_stacked(boxes, is_part, support)
+    stands = np.bincount(thing, ~hovers) > 0
+    carrier_of_thing = np.empty(len(stands), np.int8)
+    carrier_of_thing[thing] = support
+    return measure_things(parts.joined(thing), carrier_of_thing, stands, around)
+
+
+def _cluster(carrier: Array, around: Surroundings) -> Groups:
+    """Return the points over supports in groups that stand together, none over two supports."""
+    limits = [support.settings for support in around.supports]
+    members, numbers, n_clusters = [], [], 0
+    for leaf, tolerance in sorted({(limit.leaf, limit.tolerance) for limit in limits}):
+        chosen = [(limit.leaf, limit.tolerance) == (leaf, tolerance) for limit in limits]
+        where = np.flatnonzero(np.array([*chosen, False]).take(carrier))
+        xyz = around.points.xyz_at(where).astype(np.float64)
+        xyz[:, 0] += APART * carrier.take(where)
+        number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
+        members.append(where)
+        numbers.append(number + n_clusters)
+        n_clusters += 1 + int(number.max(initial=-1))
+    where, number = np.concatenate(members), np.concatenate(numbers)
+    return Groups.of(where, number, min_points=max(2, MIN_PART_PX // around.points.stride**2))
 
 
 def measure_things(
-    groups: Groups, stands: Array, support: Support, around: Surroundings
+    groups: Groups, support: Array, stands: Array, around: Surroundings
 ) -> list[Thing]:
-    """Return the groups that are large enough as things; stands: (n_groups,) bool."""
+    """Return the groups that are large enough as things.
+
+    support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
+    """
     points = around.points
-    places = _places(groups, support, points)
+    places = _places(groups, support, around)
     low, high = np.moveaxis(groups.ends(places), 2, 0)
     # What is below the support, by noise, adds nothing to the height.
     low[:, 2] = np.maximum(low[:, 2], 0)
@@ -89,6 +120,7 @@ def measure_things(
     distance = groups.ends(points.depth.take(groups.members)[:, None], 0.5).mean(axis=(1, 2))
     measured = zip(
         groups,
+        support.tolist(),
         groups.boxes(points.depth.shape[1]).tolist(),
         (high - low).tolist(),
         *trunk.T.tolist(),
@@ -99,19 +131,36 @@ def measure_things(
     )
     min_points = around.settings.min_cluster_px / points.stride**2
     return [
-        Thing(members, tuple(box), tuple(size), *rest)
-        for members, box, size, *rest in measured
+        Thing(members, place, tuple(box), tuple(size), *rest)
+        for members, place, box, size, *rest in measured
         if len(members) >= min_points
     ]
 
 
-def _places(groups: Groups, support: Support, points: Points) -> Array:
-    """(n, 3) metres of the members along two level axes and over a support."""
-    up = support.plane.normal
-    axes = np.stack([*horizontal_axes(up), up], axis=1, dtype=np.float32)
-    places: Array = points.xyz_at(groups.members) @ axes
-    places[:, 2] += np.float32(support.plane.offset)
+def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
+    """(n, 3) metres of the members along two level axes and over the support of their group."""
+    axes = np.empty((len(around.supports), 4, 3), np.float32)
+    for to_place, one in zip(axes, around.supports, strict=True):
+        up = one.plane.normal
+        to_place[:3] = np.stack([*horizontal_axes(up), up], axis=1)
+        to_place[3] = 0, 0, one.plane.offset
+    places = np.empty((len(groups.members), 3), np.float32)
+    _place(around.points.xyz.reshape(-1, 3), groups.members, groups.start, support, axes, places)
     return places
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _place(
+    xyz: Array, members: Array, start: Array, support: Array, axes: Array, places: Array
+) -> None:
+    """Set what `_places` returns; xyz: (h * w, 3). axes: (n_supports, 4, 3), from (x, y, z, 1)."""
+    for group in range(len(support)):
+        to_place = axes[support[group]]
+        for place in range(start[group], start[group + 1]):
+            x, y, z = xyz[members[place]]
+            for axis in range(3):
+                sideways = x * to_place[0, axis] + y * to_place[1, axis]
+                places[place, axis] = sideways + z * to_place[2, axis] + to_place[3, axis]
 
 
 def _is_cut(groups: Groups, border: Mask, *, max_share: float = 0.02) -> Array:

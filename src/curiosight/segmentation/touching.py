@@ -15,22 +15,21 @@ from curiosight.segmentation.meetings import TOUCHING, Patches
 from curiosight.segmentation.patches import find_patches
 from curiosight.segmentation.planes import noise_band
 from curiosight.segmentation.points import Points
-from curiosight.segmentation.supports import Support
 from curiosight.segmentation.things import Surroundings, Thing, measure_things
 from curiosight.segmentation.union import join_linked, join_nodes, number_sets
 
 Array = npt.NDArray[Any]
 
 
-def part_touching(things: list[Thing], support: Support, around: Surroundings) -> list[Thing]:
-    """Return the objects that things on a support consist of, together the same points.
+def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
+    """Return the objects that things consist of, together the same points.
 
     Two patches are one object where they meet convexly, where one is the inside of a bowl or a
     cup that the other is the outside of, where both are beside one hollow, and where they are one
     surface that goes on behind something, even if the two were of different things.
     """
     box, noise = _box_around(things), around.settings.noise
-    points, heights = _window(around.points, box), support.heights[box]
+    points = _window(around.points, box)
     thing: Array = np.zeros(around.points.depth.shape, np.int32)
     for number, one in enumerate(things, start=1):
         thing.ravel()[one.members] = number
@@ -40,19 +39,41 @@ def part_touching(things: list[Thing], support: Support, around: Surroundings) -
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
     where = np.flatnonzero(patch)
     groups = Groups.of(where, patch.take(where))
-    patches = Patches.measure(groups, points, heights.take(groups.members), noise)
-    parent = np.arange(len(groups))
-    join_linked(patches.meet_convexly() | patches.are_inside() | patches.go_on_behind(), parent)
-    is_level = np.abs(heights) < noise_band(points.depth, support.settings.slab, noise)
-    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
     whose = thing.take(groups.members[groups.start[:-1]])
+    support = np.array([one.support for one in things]).take(whose - 1)
+    heights, is_level = _over_supports(things, thing, box, around)
+    patches = Patches.measure(groups, points, heights.take(groups.members), noise)
+    same = patches.meet_convexly() | patches.are_inside() | patches.go_on_behind()
+    parent = np.arange(len(groups))
+    join_linked(same & (support[:, None] == support), parent)
+    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
     min_points = around.settings.min_cluster_px / points.stride**2
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
     v, u = np.divmod(groups.members, thing.shape[1])
     width = around.points.depth.shape[1]
     whole = replace(groups, members=(v + box[0].start) * width + u + box[1].start)
-    objects = whole.joined(number_sets(parent))
-    return measure_things(objects, np.ones(len(objects), np.bool_), support, around)
+    object_of_patch = number_sets(parent)
+    support_of_object = np.empty(object_of_patch.max() + 1, np.int64)
+    support_of_object[object_of_patch] = support
+    objects = whole.joined(object_of_patch)
+    return measure_things(objects, support_of_object, np.ones(len(objects), np.bool_), around)
+
+
+def _over_supports(
+    things: list[Thing], thing: Array, box: tuple[slice, slice], around: Surroundings
+) -> tuple[Array, Array]:
+    """(h, w) metres of the things' points over their supports, and whether a point is on one.
+
+    thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
+    """
+    heights, is_level = np.zeros(thing.shape, np.float32), np.zeros(thing.shape, np.bool_)
+    support = np.array([-1, *(one.support for one in things)]).take(thing)
+    for place in sorted({one.support for one in things}):
+        over = around.supports[place]
+        slab = noise_band(around.points.depth[box], over.settings.slab, around.settings.noise)
+        is_level |= np.abs(over.heights[box]) < slab
+        heights = np.where(support == place, over.heights[box], heights)
+    return heights, is_level
 
 
 def _box_around(things: list[Thing]) -> tuple[slice, slice]:

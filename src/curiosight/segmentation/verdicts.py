@@ -28,6 +28,7 @@ class Verdict(Enum):
     NEAR = "reaches nearer than the sensor sees"
     SMALL = "too small"
     LARGE = "too large"
+    SPARSE = "too few points for its size"
     HIGH = "too high over its support"
     FLAT = "hardly rises over its support"
     FLOATING = "stands on nothing"
@@ -54,8 +55,9 @@ class Cluster:
     support_height: float
 
 
-def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
-    """Apply the paper's tests to a thing on a support; the first that fails names the verdict."""
+def judge(thing: Thing, around: Surroundings) -> Verdict:
+    """Apply the paper's tests to a thing; the first that fails names the verdict."""
+    support = around.supports[thing.support]
     limits, settings = support.settings, around.settings
     if thing.is_cut:
         return Verdict.CUT
@@ -63,6 +65,8 @@ def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
         return Verdict.SMALL
     if hypot(*thing.size) > limits.max_size or hypot(*thing.size[:2]) > limits.max_width:
         return Verdict.LARGE
+    if _is_sparse(thing, around.points):
+        return Verdict.SPARSE
     if thing.top > limits.max_size:
         return Verdict.HIGH
     if any(_is_part_of_table(table, thing, support) for table in around.supports):
@@ -81,19 +85,37 @@ def judge(thing: Thing, support: Support, around: Surroundings) -> Verdict:
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
 
+def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
+    """Tell whether a thing fills hardly any of its box, as scraps of a wall along the view do.
+
+    min_filled: share of the two longest sides' product that its points cover, seen face on.
+    """
+    cell = float(points.x[1] - points.x[0]) * float(points.y[1] - points.y[0])
+    covered = len(thing.members) * cell * thing.distance**2
+    _, middle, longest = sorted(thing.size)
+    return covered < min_filled * middle * longest
+
+
 def _goes_on_nearer(
-    thing: Thing, depth: Array, depths: Array, near: float, *, min_share: float = 0.3
+    thing: Thing,
+    depth: Array,
+    depths: Array,
+    near: float,
+    *,
+    max_width: float = 0.25,
+    min_share: float = 0.3,
 ) -> bool:
-    """Tell whether a thing ends upwards where it comes too near for the sensor.
+    """Tell whether a slender thing ends upwards where it comes too near for the sensor.
 
     A table's leg before the camera looks like a small object on the floor then. Of an object
     that is seen whole the far edge of its top is uppermost, and not nearest.
 
     depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
+    max_width: diagonal of a slender thing's ground plan, metres.
     min_share: of the thing's columns that end so, with no reading above.
     """
     nearest = ends(depth, 0.02)[0]
-    if nearest > near:
+    if nearest > near or hypot(*thing.size[:2]) > max_width:
         return False
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))

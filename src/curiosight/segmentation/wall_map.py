@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.segmentation.planes import Mask, fit_plane
+from curiosight.segmentation.faces import MAX_GAP
+from curiosight.segmentation.plane_fit import fit_plane
+from curiosight.segmentation.planes import Mask, mask_of
 from curiosight.segmentation.points import Points
-from curiosight.segmentation.walls import MAX_GAP, Wall
+from curiosight.segmentation.walls import Wall
 
 Array = npt.NDArray[Any]
 
 _NOWHERE = np.zeros((0, 0), np.bool_)
+# Of a cube of side 1.
+_CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 
 def moved(wall: Wall, rotation: Array, translation: Array) -> Wall:
@@ -52,39 +55,43 @@ def join_walls(
     return tuple(joined)
 
 
-def recognise(points: Points, walls: Iterable[Wall], *, free: Mask, band: Array) -> list[Wall]:
+def recognise(points: Points, walls: Sequence[Wall], *, free: Mask, band: Array) -> list[Wall]:
     """Return known walls, given in the camera's frame, as this frame shows them.
 
     free: (h, w) bool, the points that may belong to a wall. band: (h, w) metres, see
     `noise_band`. Where a frame shows little of a wall, it has no inliers and stays as it was.
     """
     found = []
-    nothing = np.zeros(free.shape, np.bool_)
-    wide_band = 0.06 + band
-    for wall in walls:
-        if not _is_in_view(points, wall):
-            found.append(replace(wall, inliers=nothing))
-            continue
-        near = wall.near(points, free, wide_band)
-        near = near[points.normals_at(near) @ wall.normal.astype(np.float32) > 0.85]
-        inliers = np.zeros(free.shape, np.bool_)
-        fit = fit_plane(points.xyz_at(near), band.take(near) + 0.02, wall.normal, wall.offset)
-        if fit is not None and fit[0] @ wall.normal > 0.99:
-            inliers.ravel()[near[fit[2]]] = True
-            wall = replace(wall, normal=fit[0], offset=fit[1])
-        found.append(replace(wall, inliers=inliers))
+    wide_band, xyz = 0.06 + band, points.xyz.reshape(-1, 3)
+    free, nothing = free & (points.area > 0), np.zeros(free.shape, np.bool_)
+    for wall, is_in_view in zip(walls, _are_in_view(walls, points), strict=True):
+        normal, offset, inliers = wall.normal, wall.offset, nothing
+        if is_in_view:
+            near = np.flatnonzero(wall.near(points, free, wide_band, min_facing=0.85))
+            fit = fit_plane(xyz, band.ravel(), near, normal, offset, margin=0.02)
+            if fit is not None and fit[0] @ normal > 0.99:
+                normal, offset = fit
+                gap = np.abs(points.xyz_at(near) @ normal.astype(np.float32) + np.float32(offset))
+                inliers = mask_of(near[gap < band.take(near) + 0.02], free.shape)
+        found.append(Wall(normal, offset, inliers, wall.axes, wall.low, wall.high))
     return found
 
 
-def _is_in_view(points: Points, wall: Wall, *, margin: float = 0.3) -> bool:
-    """Tell whether some of a wall, or what is within a margin in metres of it, may be in view."""
-    ends = np.array([wall.low - margin, wall.high + margin])
-    along, up = wall.axes.T
-    corners = [
-        ends[i, 0] * along + ends[j, 1] * up - (wall.offset + side) * wall.normal
-        for i, j, side in product((0, 1), (0, 1), (-margin, margin))
-    ]
-    x, y, z = np.transpose(corners)
+def _sides_of_view(points: Points) -> Array:
+    """Return the (5, 3) normals, into the view, of the planes through the camera around it."""
     left, right, top, bottom = points.x[0], points.x[-1], points.y[0], points.y[-1]
-    inside = (z, x - left * z, right * z - x, y - top * z, bottom * z - y)
-    return all(distance.max() > 0 for distance in inside)
+    return np.array([[0, 0, 1], [1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom]])
+
+
+def _are_in_view(walls: Sequence[Wall], points: Points, *, margin: float = 0.3) -> Array:
+    """(n,) bool: some of a wall, or what is within a margin in metres of it, may be in view."""
+    if not walls:
+        return np.zeros(0, np.bool_)
+    low, high = np.array([wall.low for wall in walls]), np.array([wall.high for wall in walls])
+    places = low[:, None] - margin + _CORNERS[:, :2] * (high - low + 2 * margin)[:, None]
+    offsets = np.array([wall.offset for wall in walls])
+    behind = offsets[:, None, None] + margin * (2 * _CORNERS[:, 2:] - 1)
+    axes, normals = np.array([wall.axes for wall in walls]), np.array([w.normal for w in walls])
+    corners = places @ axes.transpose(0, 2, 1) - behind * normals[:, None]
+    in_view: Array = (corners @ _sides_of_view(points).T > 0).any(axis=1).all(axis=1)
+    return in_view

@@ -5,28 +5,26 @@ As with the supports (`planes.py`), the known vertical leaves few unknowns, here
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from curiosight.segmentation.faces import Face, fit_face
 from curiosight.segmentation.headings import Headings
 from curiosight.segmentation.planes import (
     Mask,
     Plane,
     Surface,
+    coordinates_on,
     facing,
-    fit_plane,
     mask_of,
 )
-from curiosight.segmentation.points import Points, ends
+from curiosight.segmentation.points import Points
 
 Array = npt.NDArray[Any]
-
-# Pieces of one wall are no farther apart than this, metres.
-MAX_GAP = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,12 +39,18 @@ class Wall(Plane):
     low: Array
     high: Array
 
-    def near(self, points: Points, free: Mask, band: Array, *, margin: float = 0.10) -> Array:
-        """Return the flat indices of the `free` points within `band` of the wall, before it."""
+    def near(
+        self, points: Points, free: Mask, band: Array, *, min_facing: float, margin: float = 0.10
+    ) -> Mask:
+        """(h, w) bool: the `free` points within `band` of the wall, before it, and facing so.
+
+        min_facing: least cosine between their normals and the wall's; unknown normals pass.
+        """
         is_near = np.zeros(free.shape, np.bool_)
         to_wall, box = self._face(margin)
-        _mark_near(points.depth, points.x, points.y, free, band, to_wall, box, is_near)
-        return np.flatnonzero(is_near)
+        x, y, normals = points.x, points.y, points.normals
+        _mark_near(points.depth, x, y, normals, free, band, to_wall, box, min_facing, is_near)
+        return is_near
 
     def count_sides(self, xyz: Array, *, margin: float = 0.10) -> tuple[int, int]:
         """Return how many of (n, 3) points are straight before or behind the wall, and behind.
@@ -58,11 +62,9 @@ class Wall(Plane):
 
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
-        to_wall = np.zeros((4, 3), np.float32)
-        to_wall[:3, :2], to_wall[:3, 2], to_wall[3, 2] = self.axes, self.normal, self.offset
         box = np.empty((2, 2), np.float32)
         box[0], box[1] = self.low - margin, self.high + margin
-        return to_wall, box
+        return coordinates_on(self.axes, self.normal, self.offset), box
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -70,15 +72,21 @@ def _mark_near(
     depth: Array,
     x: Array,
     y: Array,
+    normals: Array,
     free: Array,
     band: Array,
     to_wall: Array,
     box: Array,
+    min_facing: float,
     is_near: Array,
 ) -> None:
-    """Set (h, w) `is_near` as `Wall.near` says; depth, x, y: see `Points`; the rest, `_face`."""
+    """Set (h, w) `is_near` as `Wall.near` says.
+
+    depth, x, y, normals: see `Points`. to_wall, box: see `Wall._face`.
+    """
     low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
     a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
+    least = np.float32(min_facing)
     for v in range(len(y)):
         # What a row shares: the directions along its rays are those plus x times `a`.
         along_row, up_row, off_row = y[v] * b[0] + c[0], y[v] * b[1] + c[1], y[v] * b[2] + c[2]
@@ -88,6 +96,10 @@ def _mark_near(
             gap = abs(z * (x[u] * a[2] + off_row) + offset)
             is_before = (along > low) & (along < high) & (up > bottom) & (up < top)
             is_near[v, u] = free[v, u] & is_before & (gap < band[v, u])
+        for u in range(len(x)):
+            if is_near[v, u]:
+                cosine = normals[v, u, 0] * a[2] + normals[v, u, 1] * b[2] + normals[v, u, 2] * c[2]
+                is_near[v, u] = not abs(cosine) < least
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -127,109 +139,29 @@ def find_walls(
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
     vertical = facing(points, up, -max_cosine, max_cosine, free)
-    rest = Surface.gather(points, band, vertical)
+    rest = Surface.gather(points, band, np.flatnonzero(vertical))
     headings = Headings(rest, points.normals_at(rest.where), up)
     walls: list[Wall] = []
     for _ in range(2 * max_walls):
         normal, offset, peak_area = headings.peak(rest.area)
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
-        face, is_used = _fit_face(points, rest, up, normal, offset)
-        is_rest = ~is_used
-        rest = rest.part(is_rest)
-        headings.keep(is_rest)
+        face, is_used = fit_face(points, rest, up, normal, offset, band=band)
+        left = np.flatnonzero(~is_used)
+        rest = rest.at(left)
+        headings.keep(left)
         if face is None:
             continue
         face = face.below_top(over_tables.take(face.surface.where))
         least = min_cut_diagonal if border.take(face.surface.where).any() else min_diagonal
         if face.surface.area.sum() >= min_area and face.diagonal() >= least:
-            walls.append(face.wall(free.shape))
+            walls.append(_wall(face, free.shape))
     return walls
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Face:
-    """Points on one vertical plane, without a wide gap; the rest as in `Wall`."""
-
-    surface: Surface
-    normal: Array
-    offset: float
-    axes: Array
-
-    @property
-    def places(self) -> Array:
-        """(n, 2) metres along the axes."""
-        places: Array = self.surface.xyz @ self.axes.astype(np.float32)
-        return places
-
-    def below_top(self, is_over_table: Mask, *, margin: float = 0.05) -> Self:
-        """Return the face with points over a table only as high as it is elsewhere, if it is.
-
-        is_over_table: (n,) bool.
-        """
-        height = self.places[:, 1]
-        elsewhere = height[~is_over_table]
-        if len(elsewhere) < 50:
-            return self
-        is_below = ~is_over_table | (height < ends(elsewhere, 0.02)[1] + margin)
-        return replace(self, surface=self.surface.part(is_below))
-
-    def diagonal(self) -> float:
-        """Return the visible diagonal in metres, without the outermost 1 %."""
-        if len(self.surface.where) == 0:
-            return 0.0
-        low, high = np.transpose([ends(place) for place in self.places.T])
-        return float(np.linalg.norm(high - low))
-
-    def wall(self, shape: tuple[int, ...]) -> Wall:
-        """Return the face as a wall, on a grid of a shape."""
-        places = self.places.astype(np.float64)
-        inliers = mask_of(self.surface.where, shape)
-        low, high = places.min(axis=0), places.max(axis=0)
-        return Wall(self.normal, self.offset, inliers, self.axes, low, high)
-
-
-def _fit_face(
-    points: Points, rest: Surface, up: Array, normal: Array, offset: float
-) -> tuple[_Face | None, Mask]:
-    """Fit a vertical plane near a first guess, and cut it to its longest run.
-
-    Return the face, None where there is none, and which of the points are used up.
-    """
-    direction = normal.astype(np.float32)
-    is_near = np.abs(rest.xyz @ direction + offset) < 0.08 + rest.band
-    chosen = np.flatnonzero(is_near)
-    is_near[chosen] = points.normals_at(rest.where.take(chosen)) @ direction > 0.85
-    near = rest.part(is_near)
-    fit = fit_plane(near.xyz, near.band + 0.02, normal, offset)
-    if fit is None or abs(fit[0] @ up) > 0.15:
-        return None, is_near
-    normal, offset, is_inlier = fit
-    axes = _axes_of(normal, up)
-    face = _Face(near.part(is_inlier), normal, offset, axes)
-    along = face.places[:, 0]
-    first, last = _longest_run(along, face.surface.area)
-    face = replace(face, surface=face.surface.part((along >= first) & (along <= last)))
-    is_used = np.abs(rest.xyz @ normal.astype(np.float32) + offset) < rest.band + 0.03
-    along = rest.xyz @ axes[:, 0].astype(np.float32)
-    return face, is_used & (along >= first) & (along <= last)
-
-
-def _axes_of(normal: Array, up: Array) -> Array:
-    """Return the (3, 2) horizontal and upward directions of a wall."""
-    along = np.cross(up, normal)
-    return np.stack([along / np.linalg.norm(along), up], axis=1)
-
-
-def _longest_run(along: Array, area: Array, *, cell: float = 0.05) -> tuple[float, float]:
-    """Return the ends of the stretch without a gap of `MAX_GAP` that has the most area.
-
-    What stands in the plane of a wall somewhere else is no part of it.
-    """
-    index = ((along - along.min()) / cell).astype(np.int64)
-    filled = np.flatnonzero(np.bincount(index))
-    run_of_cell = np.zeros(filled[-1] + 1, np.int64)
-    run_of_cell[filled[1:]] = np.cumsum(np.diff(filled) * cell > MAX_GAP)
-    best = int(np.argmax(np.bincount(run_of_cell[index], area)))
-    chosen = along[run_of_cell[index] == best]
-    return float(chosen.min()), float(chosen.max())
+def _wall(face: Face, shape: tuple[int, ...]) -> Wall:
+    """Return a face as a wall, on a grid of a shape."""
+    places = face.places.astype(np.float64)
+    inliers = mask_of(face.surface.where, shape)
+    low, high = places.min(axis=0), places.max(axis=0)
+    return Wall(face.normal, face.offset, inliers, face.axes, low, high)
