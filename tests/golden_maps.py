@@ -19,7 +19,7 @@ from curiosight.frame import Rgb
 
 GOLDEN = Path(__file__).parent / "golden"
 FREE = ("sk_astronaut", "sk_chelsea", "sk_coffee", "sk_rocket", "synth_disk", "synth_frame")
-ELSEWGOLDEN = (
+ELSEWHERE = (
     "gbvs_1",
     "gbvs_3",
     "tsdf_000000",
@@ -31,7 +31,7 @@ ELSEWGOLDEN = (
     "tsdf_000900",
     "vocus2_msra",
 )
-IMAGES = FREE + ELSEWGOLDEN
+IMAGES = FREE + ELSEWHERE
 
 
 def golden_input(image: str) -> Rgb:

@@ -21,6 +21,7 @@ from curiosight.cli import (
     map,
     propose,
     render,
+    saliency,
     score_teacher,
     segment,
 )
@@ -64,6 +65,7 @@ app.command("info")(info.info)
 app.command("explore")(explore.explore)
 app.command("learn")(learn.learn)
 app.command("map")(map.map_)
+app.command("saliency")(saliency.saliency)
 app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
 app.command("propose")(propose.propose)
