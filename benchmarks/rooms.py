@@ -21,7 +21,7 @@ import numpy as np
 from teacher import write_sheet
 
 from curiosight import load_config, make_teacher
-from curiosight.baselines import fine_grained, spectral_residual
+from curiosight.baselines.opencv import fine_grained, spectral_residual
 from curiosight.evaluation import MapScores, TeacherCounts, score_frame
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder

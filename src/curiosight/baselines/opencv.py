@@ -6,11 +6,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from curiosight.baselines.maps import Saliency, check_rgb
 from curiosight.frame import Rgb
-
-Saliency = npt.NDArray[np.float32]
 
 
 def fine_grained(rgb: Rgb) -> Saliency:
@@ -19,11 +17,15 @@ def fine_grained(rgb: Rgb) -> Saliency:
 
 
 def spectral_residual(rgb: Rgb) -> Saliency:
-    """Return the spectral residual of Hou and Zhang (2007), (H, W) in [0, 1]."""
+    """Return OpenCV's variant of the spectral residual, (H, W) in [0, 1].
+
+    The map of Hou and Zhang's own demonstration is `curiosight.baselines.spectral_residual`'s.
+    """
     return _compute(cv2.saliency.StaticSaliencySpectralResidual.create(), rgb)
 
 
 def _compute(method: Any, rgb: Rgb) -> Saliency:
+    check_rgb(rgb)
     is_done, saliency = method.computeSaliency(cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
     if not is_done:
         raise ValueError(f"rgb: expected an image that OpenCV can work on, got {rgb.shape}")

@@ -15,11 +15,13 @@ from curiosight.cli import (
     demo,
     evaluate,
     explore,
+    export,
     info,
     learn,
     map,
     propose,
     render,
+    saliency,
     score_teacher,
     segment,
 )
@@ -63,9 +65,11 @@ app.command("info")(info.info)
 app.command("explore")(explore.explore)
 app.command("learn")(learn.learn)
 app.command("map")(map.map_)
+app.command("saliency")(saliency.saliency)
 app.command("evaluate")(evaluate.evaluate)
 app.command("segment")(segment.segment)
 app.command("propose")(propose.propose)
+app.command("export")(export.export)
 app.command("render")(render.render)
 app.command("score-teacher")(score_teacher.score_teacher)
 app.command("bench")(bench.bench)

@@ -48,7 +48,7 @@ def map_(
     problems = Problems()
     n_mapped = 0
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
-        for frame, saliency, problem in map_recording(settings, learner, dataset, folder):
+        for frame, saliency, problem in map_recording(settings, learner.saliency, dataset, folder):
             if saliency is None:
                 problems.add(frame, problem)
             else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from curiosight.datasets.bop import Bop
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.folder import Folder
 from curiosight.datasets.images import Images
@@ -17,6 +18,11 @@ from curiosight.datasets.recording import (
     KnowsInstances,
     Recording,
 )
+from curiosight.datasets.rgbd_scenes import ObjectBox, RgbdScenes
+from curiosight.datasets.rgbd_scenes_v2 import RgbdScenesV2
+from curiosight.datasets.rl_iac import RlIac
+from curiosight.datasets.rl_iac_tables import GraphNode
+from curiosight.datasets.rl_iac_writer import RlIacWriter, write_rl_iac
 from curiosight.datasets.seven_scenes import SevenScenes
 from curiosight.datasets.tum_rgbd import TumRgbd
 from curiosight.datasets.video import Video
@@ -24,29 +30,49 @@ from curiosight.errors import DataError
 
 __all__ = [
     "SOURCES",
+    "Bop",
     "Dataset",
     "Entry",
     "Folder",
+    "GraphNode",
     "Images",
     "KnowsDistances",
     "KnowsInstances",
+    "ObjectBox",
     "Osd",
     "Prefetch",
     "Recording",
+    "RgbdScenes",
+    "RgbdScenesV2",
+    "RlIac",
+    "RlIacWriter",
     "SevenScenes",
     "TumRgbd",
     "Video",
     "check_dataset",
     "open_dataset",
+    "write_rl_iac",
 ]
 
 # Tried in this order: a layout stands before those whose folders it would pass for.
-SOURCES = (TumRgbd, SevenScenes, Osd, Folder, Images, Video)
+SOURCES = (
+    TumRgbd,
+    SevenScenes,
+    RgbdScenes,
+    RgbdScenesV2,
+    Bop,
+    Osd,
+    Folder,
+    RlIac,
+    Images,
+    Video,
+)
 
 LOOKED_FOR = (
     "looked for frame-*.color.* with frame-*.depth.png (7-Scenes), rgb.txt with depth.txt "
-    "(TUM RGB-D), image_color/ with depth/ (OSD), rgb/ with depth/ and camera.json (plain "
-    "folder), and images"
+    "(TUM RGB-D), image_color/ with depth/ (OSD), desk_1/desk_1_1_depth.png (RGB-D Scenes v1), "
+    "imgs/scene_* (RGB-D Scenes v2), scene_camera.json (BOP), x.png with x_depth.png (RL-IAC), "
+    "rgb/ with depth/ and camera.json (plain folder), and images"
 )
 
 

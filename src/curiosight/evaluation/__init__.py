@@ -1,8 +1,18 @@
 """How good a model and its teacher are, against ground truth or each other (sec. III)."""
 
+from curiosight.evaluation.bootstrap import Interval, bootstrap_interval, mean_interval
 from curiosight.evaluation.held_out import HeldOut
 from curiosight.evaluation.instances import InstanceScore, instance_table, score_instances
 from curiosight.evaluation.map_scores import PARTS, FrameScore, MapScores
+from curiosight.evaluation.object_metrics import ObjectScore, score_objects
+from curiosight.evaluation.object_scores import MEASURES, ObjectScores
+from curiosight.evaluation.object_truth import ObjectTruth
+from curiosight.evaluation.score_histograms import (
+    average_precision,
+    precision_recall,
+    roc_auc,
+    score_histogram,
+)
 from curiosight.evaluation.split import SplitKind, every_nth, make_folds
 from curiosight.evaluation.teacher_counts import (
     TeacherCounts,
@@ -13,21 +23,33 @@ from curiosight.evaluation.teacher_counts import (
 from curiosight.evaluation.teacher_scores import ScoredFrame, TeacherScores, score_frame
 
 __all__ = [
+    "MEASURES",
     "PARTS",
     "FrameScore",
     "HeldOut",
     "InstanceScore",
+    "Interval",
     "MapScores",
+    "ObjectScore",
+    "ObjectScores",
+    "ObjectTruth",
     "ScoredFrame",
     "SplitKind",
     "TeacherCounts",
     "TeacherScores",
+    "average_precision",
+    "bootstrap_interval",
     "every_nth",
     "instance_table",
     "make_folds",
+    "mean_interval",
     "missed_by_reason",
+    "precision_recall",
+    "roc_auc",
     "score_frame",
+    "score_histogram",
     "score_instances",
+    "score_objects",
     "teacher_counts",
     "whole_objects",
 ]

@@ -1,0 +1,61 @@
+"""curiosight saliency: what a baseline finds salient."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curiosight.baselines import METHODS
+from curiosight.cli import options
+from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.talk import Talk, count
+from curiosight.config import load_config
+from curiosight.experiments.mapping import map_recording
+from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.problems import Problems
+from curiosight.viewing.live import announce_compilation
+from curiosight.worlds.sources import open_source
+
+
+def saliency(
+    method: Annotated[str, typer.Argument(help=f"One of {', '.join(METHODS)}.")],
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE", help="A recording, a folder of images, or a video; depth not needed."
+        ),
+    ],
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    json: options.Json = False,
+) -> None:
+    """Write the maps of a baseline, equal to its original: <id>.png, 255 = most salient.
+
+    Ctrl-C ends it early and keeps what is written.
+    """
+    talk = Talk(quiet=quiet, as_json=json)
+    if method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    folder = OutputFolder(out, "saliency", source, overwrite=overwrite)
+    dataset = open_source(source)
+    talk.introduce(source, dataset)
+    problems, n_seen, n_mapped = Problems(), 0, 0
+    with announce_compilation(talk.console), CtrlC() as ctrl_c:
+        maps = map_recording(load_config(), METHODS[method], dataset, folder)
+        with talk.following(method, len(dataset)) as shown:
+            for frame, found, problem in ctrl_c.until_pressed(maps):
+                n_seen += 1
+                n_mapped += found is not None
+                if found is None:
+                    problems.add(frame, problem)
+                shown.advance()
+    talk.warn_of(problems, n_seen, "could not be mapped")
+    facts = {"method": method, "images": n_mapped, "bad_images": n_seen - n_mapped}
+    rows = {"method": method, "images": n_mapped, "written to": folder.path}
+    talk.results("saliency", rows, {**facts, "out": str(folder.path)})
+    if ctrl_c.is_pressed:
+        talk.note(f"stopped after {count(n_mapped, 'image')}; these are kept")
+        raise typer.Exit(INTERRUPTED)
