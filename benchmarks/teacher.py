@@ -18,10 +18,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets import Dataset, open_dataset
+from curiosight.config import load_config
+from curiosight.datasets import open_dataset
 from curiosight.evaluation import TeacherCounts, teacher_counts
+from curiosight.experiments.components import survey_dataset
 from curiosight.frame import Frame, Label
-from curiosight.segmentation import Segmentation, Survey, Teacher, Verdict, survey_recording
+from curiosight.segmentation import Segmentation, Teacher, Verdict
 
 Labels = npt.NDArray[np.uint8]
 
@@ -30,8 +32,10 @@ COLOUR_OF_VERDICT = {
     Verdict.OBJECT: (255, 255, 255),
     Verdict.CUT: (230, 200, 40),
     Verdict.FAR: (120, 120, 120),
+    Verdict.NEAR: (170, 170, 255),
     Verdict.SMALL: (255, 140, 0),
     Verdict.LARGE: (0, 200, 200),
+    Verdict.SPARSE: (190, 160, 90),
     Verdict.HIGH: (0, 130, 160),
     Verdict.FLAT: (200, 80, 200),
     Verdict.FLOATING: (220, 40, 40),
@@ -39,13 +43,6 @@ COLOUR_OF_VERDICT = {
     Verdict.WALL_PART: (120, 40, 160),
 }
 COLOUR_OF_UNKNOWN = (150, 150, 110)
-N_SURVEYED = 24
-
-
-def survey(dataset: Dataset) -> Survey:
-    """Survey a recording on some of its frames, evenly spaced."""
-    chosen = np.linspace(0, len(dataset) - 1, min(N_SURVEYED, len(dataset))).round().astype(int)
-    return survey_recording(dataset[index] for index in chosen)
 
 
 def segment_timed(
@@ -98,14 +95,16 @@ def main() -> None:
     cv2.setNumThreads(1)
 
     dataset = open_dataset(arguments.data)
-    found = survey(dataset)
+    config = load_config()
+    found = survey_dataset(config, dataset)
     print(f"{dataset.name}: scene {found.scene}, up {found.up_world}, floor {found.floor_height}")
     indices = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
     indices = (indices or list(range(len(dataset))))[:: arguments.every]
     counts: list[TeacherCounts] = []
     verdicts: Counter[str] = Counter()
     times_ms: list[float] = []
-    results = segment_timed(Teacher(found), (dataset[index] for index in indices))
+    teacher = Teacher(found, config.segmentation)
+    results = segment_timed(teacher, (dataset[index] for index in indices))
     for index, (segmentation, time_ms) in zip(indices, results, strict=True):
         truth = dataset.ground_truth(index)
         if truth is not None:

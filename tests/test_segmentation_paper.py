@@ -22,9 +22,10 @@ from curiosight.segmentation import (
     Segmentation,
     Verdict,
 )
+from curiosight.segmentation.background import border_mask
 from curiosight.segmentation.clusters import euclidean_clusters
 from curiosight.segmentation.paper_settings import PAPER_TABLE
-from curiosight.segmentation.paper_teacher import border_zone, kd_tree_clusters
+from curiosight.segmentation.paper_teacher import kd_tree_clusters
 from room import ROOM, Box, View
 from scenes import CAMERA, ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
 
@@ -120,13 +121,13 @@ def test_one_point_at_the_border_is_enough() -> None:
 
 
 def test_border_is_the_frame_of_the_image_and_of_its_depth() -> None:
-    whole = border_zone(Camera(40, 30, 30.0, 30.0, 20.0, 15.0), 10)
+    whole = border_mask(Camera(40, 30, 30.0, 30.0, 20.0, 15.0), 1, 10, outline_px=10)
     assert (~whole).sum() == 20 * 10
     assert not whole[10:20, 10:30].any()
-    window = border_zone(Camera(40, 30, 30.0, 30.0, 20.0, 15.0, (5, 0, 30, 30)), 4)
+    window = border_mask(Camera(40, 30, 30.0, 30.0, 20.0, 15.0, (5, 0, 30, 30)), 1, 4, outline_px=4)
     assert not window[4:26, 9:26].any()
     assert (~window).sum() == 22 * 17
-    assert border_zone(Camera(12, 9, 9.0, 9.0, 6.0, 4.0), 10).all()
+    assert border_mask(Camera(12, 9, 9.0, 9.0, 6.0, 4.0), 1, 10, outline_px=10).all()
 
 
 def test_what_is_below_a_table_is_not_salient() -> None:

@@ -10,7 +10,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from curiosight import load_config
 from curiosight.datasets import open_dataset
+from curiosight.experiments.components import survey_dataset
 from curiosight.frame import Label
 from curiosight.segmentation import Teacher
 
@@ -60,7 +62,7 @@ def test_teacher_on_a_real_recording(
     benchmark: ModuleType, name: str, least_precision: float, least_recall: float
 ) -> None:
     dataset = open_dataset(Path(os.environ["CURIOSIGHT_TEST_DATA"]) / "data" / name)
-    teacher = Teacher(benchmark.survey(dataset))
+    teacher = Teacher(survey_dataset(load_config(), dataset))
     total = benchmark.TeacherCounts()
     with_truth = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
     for index in with_truth[::2]:

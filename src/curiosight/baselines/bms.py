@@ -23,7 +23,7 @@ from curiosight.baselines.boolean_maps import (
     thresholds_of,
 )
 from curiosight.baselines.border_jumps import BorderJumps, move_seeds, start_jumps
-from curiosight.baselines.maps import Saliency, check_rgb, in_size_of, stretched
+from curiosight.baselines.maps import Saliency, check_rgb, in_size_of, stretched, to_grey
 from curiosight.baselines.matlab_resize import bicubic, bicubic_to_width
 from curiosight.baselines.reconstruction import open_and_close_by_reconstruction
 from curiosight.frame import Rgb
@@ -102,8 +102,7 @@ def _attention(
                     move_seeds(words, level, k, jumps)
         for words in surrounded:
             add_maps(total, dilate(words[1:-1, 1:-1], n_dilation), by_norm=by_norm)
-    grey: Grey = np.rint(255 * stretched(total)).astype(np.uint8)
-    return grey
+    return to_grey(total)
 
 
 def _working_image(rgb: Rgb) -> Rgb:

@@ -19,7 +19,7 @@ from curiosight.baselines.boolean_maps import (
     reach_of,
     thresholds_of,
 )
-from curiosight.baselines.maps import Saliency, check_rgb, in_size_of, resized_to, stretched
+from curiosight.baselines.maps import Saliency, check_rgb, in_size_of, resized_to, to_grey
 from curiosight.baselines.whitening import whitening_of
 from curiosight.frame import Rgb
 
@@ -42,8 +42,7 @@ def bms_pami(rgb: Rgb, *, step: int = 8) -> Saliency:
         low, high = reach_of(levels, len(thresholds))
         for words in (maps_between(low, levels), maps_between(levels, high)):
             add_maps(total, dilate(words[1:-1, 1:-1], 3), by_norm=True)
-    grey = np.rint(255 * stretched(total)).astype(np.uint8)
-    grey = cv2.dilate(grey, SQUARE, iterations=4)
+    grey = cv2.dilate(to_grey(total), SQUARE, iterations=4)
     return in_size_of(rgb, cv2.GaussianBlur(grey, (37, 37), 9))
 
 
@@ -51,7 +50,4 @@ def _whitened(lab: Rgb) -> list[Rgb]:
     """Return the three whitened channels, each stretched to 0 … 255 and freed of specks."""
     colours = lab.reshape(-1, 3).astype(np.float32)
     channels = (colours @ whitening_of(colours)).reshape(lab.shape)
-    return [
-        cv2.medianBlur(np.rint(255 * stretched(channel)).astype(np.uint8), 3)
-        for channel in cv2.split(channels)
-    ]
+    return [cv2.medianBlur(to_grey(channel), 3) for channel in cv2.split(channels)]

@@ -34,6 +34,12 @@ def in_size_of(rgb: Rgb, grey: npt.NDArray[np.uint8]) -> Saliency:
     return saliency
 
 
+def to_grey(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Return a map of any range as 8 bits, stretched to 0 … 255."""
+    grey: npt.NDArray[np.uint8] = np.rint(255 * stretched(values)).astype(np.uint8)
+    return grey
+
+
 def stretched(values: npt.NDArray[Any], rounding: float = 0.0) -> npt.NDArray[Any]:
     """Move the smallest value to 0 and the largest to 1; what is constant becomes 0.
 

@@ -17,7 +17,14 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from curiosight.baselines.maps import Saliency, check_rgb, in_size_of, resized_to, stretched
+from curiosight.baselines.maps import (
+    Saliency,
+    check_rgb,
+    in_size_of,
+    resized_to,
+    stretched,
+    to_grey,
+)
 from curiosight.baselines.reconstruction import open_and_close_by_reconstruction
 from curiosight.baselines.whitening import whitening_of
 from curiosight.frame import Rgb
@@ -60,9 +67,9 @@ def _minimum_barrier(rgb: Rgb, *, has_backgroundness: bool) -> Saliency:
     else:
         # The original weights its only buffer, so that it splits by the weighted map.
         saliency = split = barrier * prior
-    smooth = _smoothed(np.rint(255 * stretched(saliency)).astype(np.uint8))
+    smooth = _smoothed(to_grey(saliency))
     grey = np.zeros(small.shape[:2], np.uint8)
-    grey[inner] = np.rint(255 * stretched(_contrasted(smooth, np.rint(255 * split) > 127)))
+    grey[inner] = to_grey(_contrasted(smooth, np.rint(255 * split) > 127))
     return in_size_of(rgb, grey)
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from curiosight.datasets.camera_file import (
     GROUND_TRUTH_VALUES,
-    CameraFile,
     LabelValues,
     read_camera_file,
     scaled_camera,
@@ -21,7 +20,7 @@ from curiosight.datasets.listing import (
     list_images,
     subfolder,
 )
-from curiosight.datasets.recording import Entry, InstanceTruth, Recording, image_size
+from curiosight.datasets.recording import Entry, InstanceTruth, Recording, assume_camera
 from curiosight.frame import Camera, Label
 
 COLOUR_FOLDERS = ("image_color", "rgb")
@@ -52,12 +51,10 @@ class Osd(Recording):
             for prefix, sequence in sequences.items()
             for entry in _list_sequence(path, sequence, prefix)
         ]
-        remarks = []
-        calibration = read_camera_file(path)
-        if calibration is None:
-            remarks.append("no camera.json: the usual intrinsics of a Kinect are assumed")
-            size = image_size(path, [entry.rgb for entry in entries])
-            calibration = CameraFile(scaled_camera(CAMERA, size), MILLIMETRE)
+        remarks: list[str] = []
+        calibration = read_camera_file(path) or assume_camera(
+            path, entries, CAMERA, MILLIMETRE, remarks
+        )
         self._annotations = _annotations(sequences)
         self._annotated_values = calibration.labels or OSD_VALUES
         label_values = GROUND_TRUTH_VALUES

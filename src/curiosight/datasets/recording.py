@@ -11,7 +11,12 @@ from typing import Any, Protocol, Self, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets.camera_file import GROUND_TRUTH_VALUES, LabelValues
+from curiosight.datasets.camera_file import (
+    GROUND_TRUTH_VALUES,
+    CameraFile,
+    LabelValues,
+    scaled_camera,
+)
 from curiosight.datasets.decoding import (
     EightBitDepth,
     UnreadableFile,
@@ -235,6 +240,23 @@ def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
             found = f"two frames are called '{entry.id}', {rgb_of_id[entry.id]} and {entry.rgb}"
             raise DataError(path, found, "give every colour image a name of its own")
         rgb_of_id[entry.id] = entry.rgb
+
+
+def assume_camera(
+    path: Path,
+    entries: Sequence[Entry],
+    camera: Camera,
+    depth_scale: float,
+    remarks: list[str],
+    remark: str = "the usual intrinsics of a Kinect are assumed",
+) -> CameraFile:
+    """Return what a data set is known for, where it has no `camera.json`, and remark on it.
+
+    camera: is scaled to the size of the images. depth_scale: metres per unit.
+    """
+    remarks.append(f"no camera.json: {remark}")
+    size = image_size(path, [entry.rgb for entry in entries])
+    return CameraFile(scaled_camera(camera, size), depth_scale)
 
 
 def image_size(path: Path, images: Sequence[Path]) -> tuple[int, int]:

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import loadmat
 
-from curiosight.datasets.camera_file import CameraFile, read_camera_file, scaled_camera
+from curiosight.datasets.camera_file import read_camera_file
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording, image_size
+from curiosight.datasets.recording import Entry, Recording, assume_camera
 from curiosight.errors import DataError
 from curiosight.frame import Camera
 
@@ -58,12 +58,10 @@ class RgbdScenes(Recording):
             entries += listed
             self._box_files += [_box_file(sequence)] * len(listed)
         self._boxes: dict[Path, list[tuple[ObjectBox, ...]]] = {}
-        remarks = []
-        calibration = read_camera_file(path)
-        if calibration is None:
-            remarks.append("no camera.json: the usual intrinsics of a Kinect are assumed")
-            size = image_size(path, [entry.rgb for entry in entries])
-            calibration = CameraFile(scaled_camera(CAMERA, size), MILLIMETRE)
+        remarks: list[str] = []
+        calibration = read_camera_file(path) or assume_camera(
+            path, entries, CAMERA, MILLIMETRE, remarks
+        )
         has_boxes = any(file.is_file() for file in set(self._box_files))
         if has_boxes and not any(entry.ground_truth for entry in entries):
             remarks.append(

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.camera_file import CameraFile, read_camera_file, scaled_camera
+from curiosight.datasets.camera_file import read_camera_file
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording, image_size
+from curiosight.datasets.recording import Entry, Recording, assume_camera
 from curiosight.datasets.trajectory import Trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
@@ -34,7 +34,7 @@ class RgbdScenesV2(Recording):
 
     def __init__(self, path: Path) -> None:
         scenes = _scenes(path)
-        remarks = []
+        remarks: list[str] = []
         pose_files = {prefix: _pose_file(scene) for prefix, scene in scenes.items()}
         if len(scenes) > 1:
             remarks.append("each scene has a world of its own: open a single one to have poses")
@@ -47,11 +47,14 @@ class RgbdScenesV2(Recording):
             for prefix, scene in scenes.items()
             for entry in _list_scene(path, scene, prefix, pose_files.get(prefix))
         ]
-        calibration = read_camera_file(path)
-        if calibration is None:
-            remarks.append("no camera.json: the usual intrinsics of this data set are assumed")
-            size = image_size(path, [entry.rgb for entry in entries])
-            calibration = CameraFile(scaled_camera(CAMERA, size), TENTH_OF_A_MILLIMETRE)
+        calibration = read_camera_file(path) or assume_camera(
+            path,
+            entries,
+            CAMERA,
+            TENTH_OF_A_MILLIMETRE,
+            remarks,
+            "the usual intrinsics of this data set are assumed",
+        )
         super().__init__(
             path,
             entries,

@@ -9,10 +9,9 @@ from curiosight.datasets.camera_file import (
     CameraFile,
     LabelValues,
     read_camera_file,
-    scaled_camera,
 )
 from curiosight.datasets.listing import list_images
-from curiosight.datasets.recording import Entry, Recording, image_size
+from curiosight.datasets.recording import Entry, Recording, assume_camera
 from curiosight.datasets.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
@@ -130,8 +129,4 @@ def _calibration(path: Path, entries: Sequence[Entry], remarks: list[str]) -> Ca
     calibration = read_camera_file(path)
     if calibration is None and path.resolve().name == IMAGE_FOLDER:
         calibration = read_camera_file(path.resolve().parent)
-    if calibration is None:
-        remarks.append("no camera.json: the usual intrinsics of a Kinect are assumed")
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = CameraFile(scaled_camera(CAMERA, size), MILLIMETRE)
-    return calibration
+    return calibration or assume_camera(path, entries, CAMERA, MILLIMETRE, remarks)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.camera_file import CameraFile, read_camera_file, scaled_camera
+from curiosight.datasets.camera_file import read_camera_file
 from curiosight.datasets.listing import find_ground_truth, frame_id
-from curiosight.datasets.recording import Entry, Recording, image_size
+from curiosight.datasets.recording import Entry, Recording, assume_camera
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
@@ -40,7 +40,7 @@ class TumRgbd(Recording):
                 "no colour image has a depth image within 20 ms",
                 "check the stamps in rgb.txt and depth.txt",
             )
-        remarks = []
+        remarks: list[str] = []
         if len(colour) < len(listed):
             n_repeated = len(listed) - len(colour)
             remarks.append(f"{n_repeated} lines of rgb.txt repeat another: left out")
@@ -48,11 +48,14 @@ class TumRgbd(Recording):
             n_left_out = len(colour) - len(pairs)
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
         entries = _entries(path, pairs, remarks)
-        calibration = read_camera_file(path)
-        if calibration is None:
-            remarks.append("no camera.json: the benchmark's default intrinsics are used")
-            size = image_size(path, [entry.rgb for entry in entries])
-            calibration = CameraFile(scaled_camera(CAMERA, size), DEPTH_SCALE)
+        calibration = read_camera_file(path) or assume_camera(
+            path,
+            entries,
+            CAMERA,
+            DEPTH_SCALE,
+            remarks,
+            "the benchmark's default intrinsics are used",
+        )
         super().__init__(
             path,
             entries,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from curiosight.experiments.problems import Problems
 from curiosight.features import Rows
 from curiosight.frame import Frame
 from curiosight.learner import SaliencyLearner, Teaches, fit_labels
+from curiosight.segmentation import Survey
 
 SPARE = 4
 Samples = tuple[Rows, npt.NDArray[np.bool_]]
@@ -38,13 +40,17 @@ class OffLine:
     def __init__(self, config: Config, dataset: Dataset, *, teacher: Teaches | None = None) -> None:
         self.config = config
         self.dataset = dataset
-        self.survey = survey_dataset(config, dataset)
         self.teacher = teacher or make_teacher(config, dataset, self.survey)
         self.learner: SaliencyLearner = make_learner(config, self.teacher)
         spare = SPARE * config.forest.max_samples // len(dataset)
         self._n_pixels = max(1, min(config.learner.n_pixels, spare))
         self.problems = Problems()
         self._samples: dict[int, Samples] = {}
+
+    @cached_property
+    def survey(self) -> Survey:
+        """What the frames of the recording share; not needed where a teacher is given."""
+        return survey_dataset(self.config, self.dataset)
 
     def __iter__(self) -> Iterator[Frame]:
         """Sample each frame; yield it when its samples are taken."""

@@ -7,15 +7,9 @@ floor, one for the tables of RGB-D Scenes. "Later code": what only that says. "O
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-
-def _check_positive(settings: object, names: Iterable[str]) -> None:
-    for name in names:
-        value = getattr(settings, name)
-        if not value > 0:
-            raise ValueError(f"{name}: expected a positive number, got {value}")
+from curiosight.segmentation.settings import check_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +34,7 @@ class PaperSupport:
     max_size: float = 1.50
 
     def __post_init__(self) -> None:
-        _check_positive(self, self.__slots__)
+        check_positive(self, self.__slots__)
         for low, high in (("min_height", "max_height"), ("min_size", "max_size")):
             if getattr(self, low) >= getattr(self, high):
                 raise ValueError(
@@ -105,6 +99,6 @@ class PaperSettings:
 
     def __post_init__(self) -> None:
         others = ("seed", "camera_tilt_deg", "floor", "table")
-        _check_positive(self, [name for name in self.__slots__ if name not in others])
+        check_positive(self, [name for name in self.__slots__ if name not in others])
         if self.seed < 0:
             raise ValueError(f"seed: expected 0 or more, got {self.seed}")

@@ -19,7 +19,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from curiosight.frame import Camera, Frame, Label
+from curiosight.frame import Frame, Label
+from curiosight.segmentation.background import border_mask
 from curiosight.segmentation.paper_planes import find_main_plane, find_walls
 from curiosight.segmentation.paper_settings import PaperSettings
 from curiosight.segmentation.planes import Mask, Plane, horizontal_axes
@@ -51,15 +52,17 @@ class PaperTeacher:
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame; without depth or a main plane all is unknown."""
         if frame.problem is not None:
-            return self._nothing(frame, frame.problem)
+            return Segmentation.of_nothing(frame, frame.problem, self.settings.max_range)
         if frame.depth is None or frame.camera is None:
-            return self._nothing(frame, "the frame has no depth")
+            return Segmentation.of_nothing(frame, "the frame has no depth", self.settings.max_range)
         points = observe_points(frame.depth, frame.camera, stride=STRIDE)
         in_range = points.depth <= self.settings.max_range
         rng = np.random.default_rng(self.settings.seed)
         main_plane = find_main_plane(points, in_range, self.limits, self.settings, rng)
         if main_plane is None:
-            return self._nothing(frame, f"no {self.scene} is in view")
+            return Segmentation.of_nothing(
+                frame, f"no {self.scene} is in view", self.settings.max_range
+            )
         heights = main_plane.distance(points.xyz)
         # What lies below is not salient either: the floor under a table.
         rest = in_range & (heights >= self.limits.min_height)
@@ -69,7 +72,8 @@ class PaperTeacher:
         number, n_voxels = kd_tree_clusters(
             points.xyz_at(where), leaf=self.limits.leaf, tolerance=self.limits.tolerance
         )
-        is_border = border_zone(frame.camera, self.settings.border_px)[::STRIDE, ::STRIDE]
+        border_px = self.settings.border_px
+        is_border = border_mask(frame.camera, STRIDE, border_px, outline_px=border_px)
         clusters = [
             self._cluster(members, n, points, main_plane, is_border)
             for members, n in zip(_members(where, number), n_voxels.tolist(), strict=True)
@@ -78,12 +82,6 @@ class PaperTeacher:
         in_what[in_range & ~rest] = SURFACE
         in_what.ravel()[where] = FIRST_CLUSTER + number
         return _back_to_image(in_what, clusters, points, frame.depth, self.settings.max_range)
-
-    def _nothing(self, frame: Frame, problem: str) -> Segmentation:
-        labels = np.full(frame.rgb.shape[:2], Label.UNAVAILABLE, np.uint8)
-        if frame.depth is not None:
-            labels[frame.depth <= self.settings.max_range] = Label.UNKNOWN
-        return Segmentation.of_labels(labels, problem)
 
     def _cluster(
         self, members: Array, n_voxels: int, points: Points, main_plane: Plane, is_border: Mask
@@ -136,16 +134,6 @@ def kd_tree_clusters(xyz: Array, *, leaf: float, tolerance: float) -> tuple[Arra
     links = coo_array((np.ones(len(one), np.bool_), (one, other)), (len(means), len(means)))
     n_clusters, cluster_of_voxel = connected_components(links, directed=False)
     return cluster_of_voxel[voxel], np.bincount(cluster_of_voxel, minlength=n_clusters)
-
-
-def border_zone(camera: Camera, border_px: int) -> Mask:
-    """(H, W) bool: the image's frame, and that of the part of it which depth covers."""
-    left, top, right, bottom = camera.depth_window or (0, 0, camera.width, camera.height)
-    rows, columns = np.arange(camera.height)[:, None], np.arange(camera.width)
-    in_rows = (rows >= top + border_px) & (rows < bottom - border_px)
-    in_columns = (columns >= left + border_px) & (columns < right - border_px)
-    is_border: Mask = ~(in_rows & in_columns)
-    return is_border
 
 
 def _members(where: Array, number: Array) -> list[Array]:

@@ -20,8 +20,6 @@ from curiosight.segmentation.points import Points, rows_at
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
-# Added to the diagonal of a fit's sums, so that points on a line can be fitted too.
-TINY = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)

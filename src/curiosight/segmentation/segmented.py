@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label
+from curiosight.frame import Frame, Label
 from curiosight.segmentation.supports import Support
 from curiosight.segmentation.verdicts import Cluster, Verdict
 from curiosight.segmentation.walls import Wall
@@ -16,9 +16,8 @@ from curiosight.segmentation.walls import Wall
 UNSEEN, ALONE = "no reading, or beyond the range", "in no cluster"
 DOUBTED = "in an object: enclosed by it, or denied by other views"
 # Codes of `Segmentation.reasons`.
-REASONS = dict(
-    enumerate(["known", UNSEEN, ALONE, DOUBTED, *(v.value for v in Verdict if v.value != "object")])
-)
+_REJECTED = [verdict.value for verdict in Verdict if verdict is not Verdict.OBJECT]
+REASONS = dict(enumerate(["known", UNSEEN, ALONE, DOUBTED, *_REJECTED]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +41,14 @@ class Segmentation:
     def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:
         """Return a segmentation that says nothing but labels: for a detector of one's own."""
         return cls(labels, np.zeros(labels.shape, np.uint16), problem=problem)
+
+    @classmethod
+    def of_nothing(cls, frame: Frame, problem: str | None, max_range: float) -> Self:
+        """Return that nothing can be said of a frame: within the range, metres, all is unknown."""
+        labels = np.full(frame.rgb.shape[:2], Label.UNAVAILABLE, np.uint8)
+        if frame.depth is not None:
+            labels[frame.depth <= max_range] = Label.UNKNOWN
+        return cls.of_labels(labels, problem)
 
     @property
     def objects(self) -> tuple[Cluster, ...]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 
-def _check_positive(settings: object, names: Iterable[str]) -> None:
+def check_positive(settings: object, names: Iterable[str]) -> None:
+    """Raise ValueError unless the named settings are above 0."""
     for name in names:
         value = getattr(settings, name)
         if not value > 0:
@@ -37,7 +38,7 @@ class SupportSettings:
     part_touching: bool = False
 
     def __post_init__(self) -> None:
-        _check_positive(self, [name for name in self.__slots__ if name != "part_touching"])
+        check_positive(self, [name for name in self.__slots__ if name != "part_touching"])
         if self.min_size >= self.max_size:
             raise ValueError(
                 f"min_size: expected less than max_size {self.max_size}, got {self.min_size}"
@@ -106,7 +107,7 @@ class SegmentationSettings:
 
     def __post_init__(self) -> None:
         others = ("floor", "table", "follow_sensor")
-        _check_positive(self, [name for name in self.__slots__ if name not in others])
+        check_positive(self, [name for name in self.__slots__ if name not in others])
 
     def stride_at(self, width: int) -> int:
         """Return every how many columns of an image so wide are looked at."""

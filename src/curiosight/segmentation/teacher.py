@@ -54,12 +54,14 @@ class Teacher:
         """
         problem = _problem_of(frame)
         if problem is not None or frame.depth is None or frame.camera is None:
-            return self._nothing(frame, problem)
+            return Segmentation.of_nothing(frame, problem, self.settings.max_range)
         stride = self.settings.stride_at(frame.camera.width)
         points = observe_points(frame.depth, frame.camera, stride=stride)
         supports = find_footing(points, frame.T_world_camera, self.survey, self.settings, up=up)
         if not any(support.plane.inliers.any() for support in supports):
-            return self._nothing(frame, "no support plane is in view")
+            return Segmentation.of_nothing(
+                frame, "no support plane is in view", self.settings.max_range
+            )
         in_range = points.depth <= self.settings.max_range
         border = border_mask(frame.camera, points.stride, self.settings.border_px)
         is_support = in_range & on_supports(points, supports, self.settings.noise)
@@ -76,13 +78,6 @@ class Teacher:
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
         return measure_confidence(frame, segmentation, self.settings)
-
-    def _nothing(self, frame: Frame, problem: str | None) -> Segmentation:
-        shape = frame.rgb.shape[:2]
-        depth = np.full(shape, np.nan, np.float32) if frame.depth is None else frame.depth
-        is_near = depth <= self.settings.max_range
-        labels = np.where(is_near, Label.UNKNOWN, Label.UNAVAILABLE).astype(np.uint8)
-        return Segmentation.of_labels(labels, problem)
 
     def _walls(
         self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame
