@@ -104,6 +104,22 @@ def test_sliver_of_a_table_counts_only_at_a_known_height() -> None:
     assert [support.is_table for support in known] == [False, True]
 
 
+def test_seats_as_high_as_a_known_table_are_no_table() -> None:
+    small = Box((-0.95, 0.3, 0.70), (0.75, 0.45, 0.04), (150, 110, 60), is_salient=False)
+    seats = [Box((x, 0.3, 0.70), (0.45, 0.45, 0.04), (40, 80, 200)) for x in (-0.2, 0.4, 1.0)]
+    points = observe(see((small, *seats, WALL), distance=2.0, height=1.4, tilt_deg=35)[0])
+    is_left = np.where(points.xyz[..., 0] < -0.5, np.float32(0.3), np.float32(-1))
+    supports = choose_supports(
+        points,
+        up_at(35),
+        SegmentationSettings(),
+        scene="floor",
+        camera_height=1.4,
+        known_tables=[KnownTable(1.4 - 0.72, is_left)],
+    )
+    assert [support.core is not None for support in supports] == [False, True]
+
+
 def test_footprint_covers_what_stands_on_the_table_and_nothing_beside_it() -> None:
     aside = Box((1.0, 0.2, 0.15), (0.25, 0.25, 0.30), (40, 80, 200))
     frame, view = see((TABLE_TOP, ON_TABLE, aside), distance=1.6, height=1.4, tilt_deg=35)

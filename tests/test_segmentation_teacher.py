@@ -152,7 +152,7 @@ def test_side_of_a_cupboard_is_part_of_it() -> None:
     frame, view = see((cupboard,), heading_deg=40, height=0.85, tilt_deg=10)
     found = Teacher().segment(frame)
     assert len(found.walls) == 1
-    assert verdicts(found) == [Verdict.WALL_PART]
+    assert set(verdicts(found)) == {Verdict.WALL_PART}
     assert share(found.labels, view.surface == 1, Label.SALIENT) == 0
 
 

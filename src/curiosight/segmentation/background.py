@@ -19,6 +19,8 @@ from curiosight.segmentation.walls import Wall
 Array = npt.NDArray[Any]
 # A surface turned farther away from a plane than this cosine tells is no part of it.
 MIN_FACING = 0.7
+# A wall goes on for so many metres beyond what was seen of it.
+WALL_MARGIN = 0.05
 
 
 def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Mask:
@@ -78,7 +80,7 @@ def on_walls(points: Points, walls: Iterable[Wall], free: Mask, noise: float) ->
     if in_view:
         band = noise_band(points.depth, 0.04, 2 * noise)
         for wall in in_view:
-            found |= wall.near(points, free, band, min_facing=MIN_FACING)
+            found |= wall.near(points, free, band, min_facing=MIN_FACING, margin=WALL_MARGIN)
     return found
 
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from numba import njit
+from scipy.ndimage import find_objects as find_windows
 
 from curiosight.segmentation.bodies import Bodies, beside_table, connect_bodies
+from curiosight.segmentation.feet import join_feet
 from curiosight.segmentation.planes import Mask
 from curiosight.segmentation.supports import Support
 from curiosight.segmentation.things import Surroundings, Thing, find_things
@@ -27,12 +29,18 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
     each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
+    judged = _judged(find_things(divide(free, around), around), around)
     number = np.zeros(free.shape, np.int32)
-    clusters: list[Cluster] = []
-    for thing, verdict in _judged(find_things(divide(free, around), around), around):
-        clusters.append(_cluster(thing, verdict, around))
-        number.ravel()[thing.members] = len(clusters)
-    return number, clusters
+    for thing_number, (thing, _) in enumerate(judged, start=1):
+        number.ravel()[thing.members] = thing_number
+    carrier = np.array([-1, *(t.support if v is Verdict.OBJECT else -1 for t, v in judged)])
+    for place, support in enumerate(around.supports):
+        are_on_it, noise = carrier == place, around.settings.noise
+        join_feet(number, are_on_it, free, support.heights, around.points, noise)
+    n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
+    windows = find_windows(number, max_label=len(judged))
+    measured = zip(judged, n_points, windows, strict=True)
+    return number, [_cluster(*pair, n, window, around) for pair, n, window in measured]
 
 
 def divide(free: Mask, around: Surroundings) -> Array:
@@ -120,14 +128,22 @@ def _divide(
             free[v, u] = not (is_under or is_over)
 
 
-def _cluster(thing: Thing, verdict: Verdict, around: Surroundings) -> Cluster:
-    """Return a thing as the rest of the program knows it."""
+def _cluster(
+    thing: Thing,
+    verdict: Verdict,
+    n_points: int,
+    window: tuple[slice, slice],
+    around: Surroundings,
+) -> Cluster:
+    """Return a thing as the rest of the program knows it; n_points, window: with its foot."""
     stride, support = around.points.stride, around.supports[thing.support]
-    u_min, v_min, u_max, v_max = (stride * end for end in thing.box)
+    rows, columns = window
+    ends = columns.start, rows.start, columns.stop, rows.stop
+    u_min, v_min, u_max, v_max = (stride * end for end in ends)
     return Cluster(
         verdict=verdict,
         box=(u_min, v_min, u_max, v_max),
-        n_pixels=len(thing.members) * stride**2,
+        n_pixels=n_points * stride**2,
         size=thing.size,
         distance=thing.distance,
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -110,11 +110,9 @@ def choose_supports(
         for table, extent in seen
         if np.count_nonzero(extent) >= 50
     ]
-    new = [
-        _table(points, plane, settings)
-        for plane in large
-        if plane.offset < floor.offset - SAME_HEIGHT and not _is_covered(plane, known)
-    ]
+    above = [plane for plane in large if plane.offset < floor.offset - SAME_HEIGHT]
+    beside = [_beside(plane, known) for plane in above]
+    new = [_table(points, p, settings) for p in beside if _is_large(points, p, up, settings)]
     tables_in_view = sorted([*known, *new], key=lambda support: -support.plane.offset)
     return [Support(floor, settings.floor, floor.distances(points)), *tables_in_view]
 
@@ -149,11 +147,13 @@ def _known_support(
     return Support(plane, settings.table, heights, extent, core, skirt, table.carries_objects)
 
 
-def _is_covered(plane: Plane, tables: list[Support]) -> bool:
-    """Tell whether most of a plane belongs to known tables."""
-    where = np.flatnonzero(plane.inliers)
-    extents = [table.extent.take(where) for table in tables if table.extent is not None]
-    return bool(extents) and float(np.mean(np.any(extents, axis=0))) >= 0.5
+def _beside(plane: Plane, tables: list[Support]) -> Plane:
+    """Return the part of a plane that belongs to no known table."""
+    inliers = plane.inliers.copy()
+    for table in tables:
+        if table.extent is not None:
+            inliers &= ~table.extent
+    return replace(plane, inliers=inliers)
 
 
 def find_planes(points: Points, up: Array, settings: SegmentationSettings) -> list[Plane]:
