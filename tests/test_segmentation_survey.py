@@ -22,12 +22,20 @@ SEAT = Box((0.0, 0.3, 0.44), (0.40, 0.40, 0.04), (150, 110, 60))
 ON_SEAT = Box((0.0, 0.3, 0.52), (0.12, 0.12, 0.12), (40, 80, 200))
 
 
-def record(boxes: tuple[Box, ...], tilts_deg: tuple[float, ...], height: float) -> list[Frame]:
+def record(
+    boxes: tuple[Box, ...],
+    tilts_deg: tuple[float, ...],
+    height: float,
+    headings_deg: tuple[float, ...] = (),
+) -> list[Frame]:
     """Return noisy frames with poses in a tilted world."""
     rng = np.random.default_rng(0)
     frames = []
-    for tilt_deg in tilts_deg:
-        frame, view = see(boxes, height=height, tilt_deg=tilt_deg, with_pose=True)
+    headings_deg = headings_deg or (0.0,) * len(tilts_deg)
+    for heading_deg, tilt_deg in zip(headings_deg, tilts_deg, strict=True):
+        frame, view = see(
+            boxes, heading_deg=heading_deg, height=height, tilt_deg=tilt_deg, with_pose=True
+        )
         assert frame.T_world_camera is not None
         pose = frame.T_world_camera.copy()
         pose[:3] = R_tilted @ pose[:3]
@@ -104,6 +112,24 @@ def test_seat_carries_things_by_option() -> None:
     survey, objects = stool_with_a_box(settings)
     assert [table.height for table in survey.tables] == pytest.approx([0.46], abs=0.03)
     assert [cluster.support_height for cluster in objects] == pytest.approx([0.46], abs=0.03)
+
+
+@pytest.mark.parametrize("has_sides", [True, False])
+def test_pouf_is_a_thing_and_a_low_table_of_its_size_is_none(has_sides: bool) -> None:
+    top = Box((0.0, 0.0, 0.38), (0.62, 0.52, 0.04), (150, 110, 60), is_salient=has_sides)
+    legs = [
+        Box((x, y, 0.18), (0.04, 0.04, 0.36), (90, 90, 90), is_salient=False)
+        for x in (-0.28, 0.28)
+        for y in (-0.23, 0.23)
+    ]
+    body = Box((0.0, 0.0, 0.18), (0.62, 0.52, 0.36), (150, 110, 60))
+    boxes = (top, body, WALL) if has_sides else (top, *legs, WALL)
+    headings = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
+    frames = record(boxes, (30.0,) * 6, 1.3, headings)
+    survey = survey_recording(frames)
+    assert [table.is_thing for table in survey.tables] == [has_sides]
+    objects = Teacher(survey).segment(frames[0]).objects
+    assert len(objects) == has_sides
 
 
 def test_auto_sees_a_floor() -> None:

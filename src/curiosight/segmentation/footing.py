@@ -55,7 +55,10 @@ def _surveyed_supports(
     camera_height = survey.camera_height(pose)
     known_tables = [
         KnownTable(
-            camera_height - table.height, table.inset_of(points, pose), table.carries_objects
+            camera_height - table.height,
+            table.inset_of(points, pose),
+            table.carries_objects,
+            table.is_thing,
         )
         for table in survey.tables
         if camera_height is not None and table.is_in_view(points, pose, settings.max_range)

@@ -62,12 +62,13 @@ class KnownTable:
     """A table of the recording, as a frame's camera has it.
 
     offset: metres that its top is below the camera. inset: (h, w) metres that points lie inside
-    its outline, seen from above. carries_objects: see `Table`.
+    its outline, seen from above. carries_objects, is_thing: see `Table`.
     """
 
     offset: float
     inset: Array
     carries_objects: bool = True
+    is_thing: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,10 +109,12 @@ def choose_supports(
     known = [
         _known_support(points, up, levels, table, extent, settings)
         for table, extent in seen
-        if np.count_nonzero(extent) >= 50
+        if not table.is_thing and np.count_nonzero(extent) >= 50
     ]
+    taken = [table.extent for table in known if table.extent is not None]
+    taken += [extent for table, extent in seen if table.is_thing]
     above = [plane for plane in large if plane.offset < floor.offset - SAME_HEIGHT]
-    beside = [_beside(plane, known) for plane in above]
+    beside = [_beside(plane, taken) for plane in above]
     new = [_table(points, p, settings) for p in beside if _is_large(points, p, up, settings)]
     tables_in_view = sorted([*known, *new], key=lambda support: -support.plane.offset)
     return [Support(floor, settings.floor, floor.distances(points)), *tables_in_view]
@@ -147,12 +150,11 @@ def _known_support(
     return Support(plane, settings.table, heights, extent, core, skirt, table.carries_objects)
 
 
-def _beside(plane: Plane, tables: list[Support]) -> Plane:
-    """Return the part of a plane that belongs to no known table."""
+def _beside(plane: Plane, taken: list[Mask]) -> Plane:
+    """Return the part of a plane that is in no extent of something known."""
     inliers = plane.inliers.copy()
-    for table in tables:
-        if table.extent is not None:
-            inliers &= ~table.extent
+    for extent in taken:
+        inliers &= ~extent
     return replace(plane, inliers=inliers)
 
 

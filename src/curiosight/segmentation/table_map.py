@@ -46,6 +46,7 @@ class Table:
     low: (2,) metres along them of the first cell's corner.
     inset: (rows, columns) float32 metres that a cell lies inside the outline, negative outside.
     carries_objects: False where what is on it is part of it: cushions, books in a shelf.
+    is_thing: a box on the floor, a pouf or a carton: no support, for all its level top.
     """
 
     height: float
@@ -53,6 +54,7 @@ class Table:
     low: Array
     inset: npt.NDArray[np.float32]
     carries_objects: bool = True
+    is_thing: bool = False
 
     def is_in_view(self, points: Points, T_world_camera: Pose, max_range: float) -> bool:
         """Tell whether points up to a range in metres could be over or under the table's map."""
@@ -110,7 +112,8 @@ def map_tables(
     tables = []
     for height, top in tops:
         is_part = _is_upholstered_or_full(ground, height, top, cells, heights)
-        tables.append(_table(ground, height, top, carries_objects=not is_part))
+        is_thing = not is_part and _is_box(ground, height, top, cells, heights)
+        tables.append(_table(ground, height, top, carries_objects=not is_part, is_thing=is_thing))
     bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, carries_objects=False)
@@ -119,12 +122,14 @@ def map_tables(
     return (*tables, *rest)
 
 
-def _table(ground: Ground, height: float, top: Mask, *, carries_objects: bool) -> Table:
+def _table(
+    ground: Ground, height: float, top: Mask, *, carries_objects: bool, is_thing: bool = False
+) -> Table:
     """Return a table with the map of its surroundings."""
     rows, columns = np.nonzero(grown(top, 0.5))
     window = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
     low = ground.low + CELL * np.array([columns.min(), rows.min()])
-    return Table(height, ground.axes, low, inset(top[window]), carries_objects)
+    return Table(height, ground.axes, low, inset(top[window]), carries_objects, is_thing)
 
 
 def level_surface(points: Points, up: Array, noise: float) -> Array:
@@ -211,6 +216,30 @@ def _is_upholstered_or_full(
     rises = is_rim & (highest > height + 0.08) & (highest < 1.2)
     is_edge = (inside > 0) & (inside <= CELL)
     return float(np.mean(grown(rises, CELL)[is_edge])) > min_enclosed
+
+
+def _is_box(
+    ground: Ground,
+    height: float,
+    top: Mask,
+    cells: Array,
+    heights: Array,
+    *,
+    max_height: float = 0.55,
+    max_diagonal: float = 0.9,
+    min_closed: float = 0.7,
+) -> bool:
+    """Tell a low box, such as a pouf, from a coffee table, which has legs and is seen through.
+
+    cells, heights: (n,) of all surfaces. min_closed: share of the edge with a side below it.
+    """
+    if height > max_height or diagonal(top) > max_diagonal:
+        return False
+    inside = inset(top)
+    is_rim, is_edge = np.abs(inside) < 0.1, (inside > 0) & (inside <= CELL)
+    is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
+    sides = is_rim & (ground.count(cells[is_side]) > 0)
+    return float(np.mean(grown(sides, CELL)[is_edge])) > min_closed
 
 
 def _bulky_pieces(
