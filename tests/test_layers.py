@@ -30,7 +30,7 @@ ROWS = (
 )
 ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}
 WITHIN = {("forest", "forest_kernels"), ("files", "errors")}  # one part in two files
-OPTIONAL = {"sklearn", "rerun", "ray", "gymnasium", "rclpy"}
+OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy"}
 
 ROOT = Path(curiosight.__file__).parent
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))

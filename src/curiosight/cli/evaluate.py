@@ -8,6 +8,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.evaluate_report import write_report
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
@@ -40,6 +41,16 @@ def evaluate(
         ),
     ] = None,
     ground_truth: options.GroundTruth = None,
+    baselines: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            show_default="none",
+            help="Judge other methods on the same frames: all, or a list such as "
+            "bms,gbvs,depth,net.onnx (see `curiosight saliency --help`; depth = the teacher's "
+            "labels, noise where they are unknown).",
+        ),
+    ] = "",
     seed: options.Seed = None,
     scene: options.Scene = None,
     teacher: options.Teacher = None,
@@ -54,7 +65,8 @@ def evaluate(
 
     Writes metrics.json (pooled and per frame: ROC AUC, average precision, best F1, F1 at 0.5,
     overall error; also where the teacher knew nothing and beyond its range), roc.png and
-    config.toml.
+    config.toml. With --baselines also the measures of salient-object detection, intervals and
+    times of every method: report.html, table.md, table.tex, figures and times.json.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
@@ -62,7 +74,7 @@ def evaluate(
     )
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
-        evaluation = _prepare(settings, paths, folds, split, ground_truth)
+        evaluation = _prepare(settings, paths, folds, split, ground_truth, baselines)
         folder.write_text("config.toml", to_toml(evaluation.config))
         talk.introduce(paths[-1], evaluation.truth.dataset)
         with talk.following("evaluate", len(evaluation)) as shown:
@@ -71,6 +83,9 @@ def evaluate(
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
     _draw(evaluation.scores, folder)
+    if evaluation.comparison is not None:
+        command = _command(paths, folds, split, ground_truth, baselines)
+        write_report(evaluation, metrics, folder, command)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
     talk.warn_of_learned(evaluation.n_learned, len(evaluation.truth.indices))
     if not evaluation.learner.forest.is_trained:
@@ -88,6 +103,7 @@ def _prepare(
     folds: int | None,
     split: str | None,
     ground_truth: Path | None,
+    baselines: str,
 ) -> Evaluation | CrossValidation:
     if folds is None:
         if split is not None:
@@ -96,11 +112,28 @@ def _prepare(
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
         model = load_run_model(run)
-        return Evaluation(config, model, open_source(source, ground_truth=ground_truth))
+        dataset = open_source(source, ground_truth=ground_truth)
+        return Evaluation(config, model, dataset, baselines=baselines)
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
     dataset = open_source(paths[0], ground_truth=ground_truth)
-    return CrossValidation(config, dataset, n_folds=folds, split=cast(SplitKind, split or "frames"))
+    kind = cast(SplitKind, split or "frames")
+    return CrossValidation(config, dataset, n_folds=folds, split=kind, baselines=baselines)
+
+
+def _command(
+    paths: list[Path],
+    folds: int | None,
+    split: str | None,
+    ground_truth: Path | None,
+    baselines: str,
+) -> list[str]:
+    """Return the command that evaluates the same again, in the folder it wrote."""
+    command = ["curiosight", "evaluate", *map(str, paths), "--config", "config.toml"]
+    given = {"folds": folds, "split": split, "ground-truth": ground_truth, "baselines": baselines}
+    for option, value in given.items():
+        command += [] if value is None else [f"--{option}", str(value)]
+    return command
 
 
 def _draw(scores: MapScores, folder: OutputFolder) -> None:
@@ -125,4 +158,6 @@ def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
     }
     for part in PARTS[1:]:
         rows[f"ROC AUC, {part.replace('_', ' ')}"] = pooled[part]["roc_auc"]
+    for name, table in list(metrics.get("methods", {}).items())[1:]:
+        rows[f"ROC AUC of {name}"] = table["pooled"]["all"]["roc_auc"]
     return rows

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
 from pathlib import Path
-from platform import python_version
 from statistics import fmean
 from typing import Any
 
-from curiosight import __version__
 from curiosight.cli.explore_examples import unseen_examples
 from curiosight.cli.talk import NOTHING_LEARNED, count
+from curiosight.cli.versions import versions
 from curiosight.config import to_toml
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
@@ -189,7 +187,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         "seed": str(config.run.seed),
         "preset": config.preset,
         "tested on": f"{run.truth.kind}, {count(run.held_out.n_frames, 'frame')}",
-        "versions": ", ".join(_versions()),
+        "versions": ", ".join(versions()),
     }
     if summary["metres"]:
         facts["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f}°"
@@ -199,13 +197,6 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         if stage != "test" or run.truth.indices
     }
     return Making(shlex.join(command), facts, to_toml(config), times_ms, _FILES)
-
-
-def _versions() -> Iterator[str]:
-    yield f"curiosight {__version__}"
-    yield f"Python {python_version()}"
-    for package in ("numpy", "numba", "opencv-contrib-python-headless"):
-        yield f"{package} {version(package)}"
 
 
 def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:

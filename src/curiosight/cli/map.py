@@ -11,9 +11,8 @@ from curiosight.cli import options
 from curiosight.cli.talk import Talk
 from curiosight.config import load_config
 from curiosight.experiments.exploring import load_run_model
-from curiosight.experiments.mapping import map_recording
+from curiosight.experiments.mapping import Mapping
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.problems import Problems
 from curiosight.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
@@ -45,24 +44,16 @@ def map_(
     learner = SaliencyLearner.load(load_run_model(run))
     dataset = open_source(source)
     talk.introduce(source, dataset)
-    problems = Problems()
-    n_mapped = 0
+    mapping = Mapping(settings, learner.saliency, dataset, folder)
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
-        for frame, saliency, problem in map_recording(settings, learner.saliency, dataset, folder):
-            if saliency is None:
-                problems.add(frame, problem)
-            else:
-                n_mapped += 1
-                if overlay:
-                    picture = overlay_saliency(frame.rgb, saliency)
-                    folder.write_image(f"overlays/{frame.id}.jpg", picture)
+        for frame, saliency in mapping:
+            if overlay and saliency is not None:
+                picture = overlay_saliency(frame.rgb, saliency)
+                folder.write_image(f"overlays/{frame.id}.jpg", picture)
             shown.advance()
-    talk.warn_of(problems, len(dataset), "could not be mapped")
+    talk.warn_of(mapping.problems, len(dataset), "could not be mapped")
     if not learner.forest.is_trained:
         talk.warn("the model has not seen both objects and surroundings yet: every map is black")
-    summary = {
-        "images": n_mapped,
-        "bad_images": len(dataset) - n_mapped,
-        "out": str(folder.path),
-    }
-    talk.results("map", {"images": n_mapped, "written to": folder.path}, summary)
+    facts = {"images": mapping.n_mapped, "bad_images": mapping.n_seen - mapping.n_mapped}
+    rows = {"images": mapping.n_mapped, "written to": folder.path}
+    talk.results("map", rows, {**facts, "out": str(folder.path)})

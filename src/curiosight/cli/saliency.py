@@ -12,9 +12,8 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
-from curiosight.experiments.mapping import map_recording
+from curiosight.experiments.mapping import Mapping
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
@@ -42,18 +41,14 @@ def saliency(
     folder = OutputFolder(out, "saliency", source, overwrite=overwrite)
     dataset = open_source(source)
     talk.introduce(source, dataset)
-    problems, n_seen, n_mapped = Problems(), 0, 0
-    with announce_compilation(talk.console), CtrlC() as ctrl_c:
-        maps = map_recording(load_config(), METHODS[method], dataset, folder)
-        with talk.following(method, len(dataset)) as shown:
-            for frame, found, problem in ctrl_c.until_pressed(maps):
-                n_seen += 1
-                n_mapped += found is not None
-                if found is None:
-                    problems.add(frame, problem)
-                shown.advance()
-    talk.warn_of(problems, n_seen, "could not be mapped")
-    facts = {"method": method, "images": n_mapped, "bad_images": n_seen - n_mapped}
+    mapping = Mapping(load_config(), METHODS[method], dataset, folder)
+    following = talk.following(method, len(dataset))
+    with announce_compilation(talk.console), CtrlC() as ctrl_c, following as shown:
+        for _ in ctrl_c.until_pressed(mapping):
+            shown.advance()
+    n_mapped = mapping.n_mapped
+    talk.warn_of(mapping.problems, mapping.n_seen, "could not be mapped")
+    facts = {"method": method, "images": n_mapped, "bad_images": mapping.n_seen - n_mapped}
     rows = {"method": method, "images": n_mapped, "written to": folder.path}
     talk.results("saliency", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:

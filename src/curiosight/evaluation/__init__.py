@@ -4,6 +4,7 @@ from curiosight.evaluation.bootstrap import Interval, bootstrap_interval, mean_i
 from curiosight.evaluation.held_out import HeldOut
 from curiosight.evaluation.instances import InstanceScore, instance_table, score_instances
 from curiosight.evaluation.map_scores import PARTS, FrameScore, MapScores
+from curiosight.evaluation.method_scores import MethodScores
 from curiosight.evaluation.object_metrics import ObjectScore, score_objects
 from curiosight.evaluation.object_scores import MEASURES, ObjectScores
 from curiosight.evaluation.object_truth import ObjectTruth
@@ -30,6 +31,7 @@ __all__ = [
     "InstanceScore",
     "Interval",
     "MapScores",
+    "MethodScores",
     "ObjectScore",
     "ObjectScores",
     "ObjectTruth",

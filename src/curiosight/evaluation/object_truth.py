@@ -35,13 +35,14 @@ class Surroundings:
 class ObjectTruth:
     """A frame's ground truth, prepared for any number of maps to be compared with it.
 
-    labels: (H, W) uint8: 255 salient, 0 not salient, anything else ignored.
+    labels: (H, W) uint8: 255 salient, 0 not salient, anything else ignored; kept as given.
     is_salient, is_known: (H, W); n_salient, n_known: their pixels.
     """
 
     def __init__(self, labels: npt.NDArray[np.uint8]) -> None:
         if labels.ndim != 2 or labels.size == 0 or labels.dtype != np.uint8:
             raise ValueError(f"labels: expected (H, W) uint8, got {labels.shape} {labels.dtype}")
+        self.labels = labels
         self.is_salient: Bools = labels == Label.SALIENT
         self.is_known: Bools = self.is_salient | (labels == Label.NOT_SALIENT)
         self.n_salient = int(np.count_nonzero(self.is_salient))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
+from curiosight.experiments.comparing import Comparison, Judged, choose_methods
 from curiosight.experiments.components import (
     count_learned,
     load_learner,
@@ -21,9 +23,13 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
+from curiosight.experiments.timing import one_thread
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.frame import Frame
 from curiosight.learner import SaliencyLearner, Teaches
+
+# Frames that a comparison shows.
+N_SHOWN = 6
 
 
 class Evaluation:
@@ -33,16 +39,21 @@ class Evaluation:
 
     model: a file that `explore` or `learn` wrote; its features and forest replace those of the
         settings.
+    baselines: to judge on the same frames, see `choose_methods`; "" = none.
+    comparison: of the model with them; None without any.
     """
 
-    def __init__(self, config: Config, model: Path, dataset: Dataset) -> None:
+    def __init__(
+        self, config: Config, model: Path, dataset: Dataset, *, baselines: str = ""
+    ) -> None:
         self._model = model
         self.learner, self.config = load_learner(model, config, None)
         has_teacher = dataset.has_depth or config.teacher.source != "depth"
         teacher = make_teacher(config, dataset) if has_teacher else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.n_learned = count_learned(self.learner, dataset, self.truth.indices)
-        self.scores = MapScores(max_range=config.max_range, threshold=self.learner.threshold)
+        self.comparison = _compare(self.config, baselines, self.truth, self.learner)
+        self.scores = _scores(self.comparison, config, self.learner)
         self.problems = Problems()
 
     def __len__(self) -> int:
@@ -50,7 +61,7 @@ class Evaluation:
 
     def __iter__(self) -> Iterator[Frame]:
         """Score frame by frame; yield each when it is done."""
-        yield from _score(self.scores, self.learner, self.truth, self.problems)
+        yield from _score(self.scores, self.learner, self.truth, self.problems, self.comparison)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
@@ -60,6 +71,7 @@ class Evaluation:
             "source": place(self.truth.dataset),
             "truth": self.truth.kind,
             **_checked(self.scores, self.truth.dataset),
+            **_of_methods(self.comparison),
         }
 
 
@@ -78,6 +90,7 @@ class CrossValidation:
         n_folds: int,
         split: SplitKind,
         teacher: Teaches | None = None,
+        baselines: str = "",
     ) -> None:
         self.config = config
         self.dataset = dataset
@@ -87,7 +100,8 @@ class CrossValidation:
         self.n_learned = 0
         self.off_line = OffLine(config, dataset, teacher=teacher)
         self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
-        self.scores = MapScores(max_range=config.max_range, threshold=self.learner.threshold)
+        self.comparison = _compare(config, baselines, self.truth, self.learner)
+        self.scores = _scores(self.comparison, config, self.learner)
         self.problems = self.off_line.problems
 
     @property
@@ -105,9 +119,8 @@ class CrossValidation:
         for training, test in self.folds:
             learner = self.off_line.fit(training.tolist())
             tested = tuple(sorted(set(self.truth.indices) & set(test.tolist())))
-            yield from _score(
-                self.scores, learner, replace(self.truth, indices=tested), self.problems
-            )
+            part = replace(self.truth, indices=tested)
+            yield from _score(self.scores, learner, part, self.problems, self.comparison)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
@@ -119,20 +132,58 @@ class CrossValidation:
             "preset": self.config.preset,
             "seed": self.config.run.seed,
             **_checked(self.scores, self.dataset),
+            **_of_methods(self.comparison),
         }
 
 
+def _compare(
+    config: Config, baselines: str, truth: Truth, learner: SaliencyLearner
+) -> Comparison | None:
+    if not baselines:
+        return None
+    ids = truth.dataset.ids
+    spread = np.linspace(0, len(truth.indices) - 1, min(N_SHOWN, len(truth.indices)))
+    return Comparison(
+        f"ours ({config.preset})",
+        choose_methods(baselines),
+        max_range=config.max_range,
+        threshold=learner.threshold,
+        seed=config.run.seed,
+        show=[ids[truth.indices[round(place)]] for place in spread],
+    )
+
+
+def _scores(comparison: Comparison | None, config: Config, learner: SaliencyLearner) -> MapScores:
+    """Return what collects the scores of the learned map."""
+    if comparison is not None:
+        return comparison.scores[comparison.ours].maps
+    return MapScores(max_range=config.max_range, threshold=learner.threshold)
+
+
 def _score(
-    scores: MapScores, learner: SaliencyLearner, truth: Truth, problems: Problems
+    scores: MapScores,
+    learner: SaliencyLearner,
+    truth: Truth,
+    problems: Problems,
+    comparison: Comparison | None,
 ) -> Iterator[Frame]:
     """Add the maps of a truth's usable frames to the scores; yield each frame when it is done."""
-    for index, (frame, labels) in zip(truth.indices, truth, strict=True):
-        problems.add(frame)
-        if labels is not None:
-            taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
-            saliency, distances = learner.saliency(frame.rgb), truth.true_depth(index)
-            scores.add(frame.id, saliency, labels, taught, frame.depth, distances)
-        yield frame
+    with one_thread() if comparison else nullcontext():
+        for index, (frame, labels) in zip(truth.indices, truth, strict=True):
+            problems.add(frame)
+            if labels is not None:
+                taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
+                distances = truth.true_depth(index)
+                if comparison is None:
+                    saliency = learner.saliency(frame.rgb)
+                    scores.add(frame.id, saliency, labels, taught, frame.depth, distances)
+                else:
+                    comparison.add(Judged(frame, labels, taught, distances), learner.saliency)
+            yield frame
+
+
+def _of_methods(comparison: Comparison | None) -> dict[str, Any]:
+    return {} if comparison is None else {"methods": comparison.metrics()}
 
 
 def _checked(scores: MapScores, dataset: Dataset) -> dict[str, Any]:

@@ -9,24 +9,48 @@ import numpy as np
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame, Rgb
 from curiosight.learner import Saliency
 
 
-def map_recording(
-    config: Config, saliency_of: Callable[[Rgb], Saliency], dataset: Dataset, out: OutputFolder
-) -> Iterator[tuple[Frame, Saliency | None, str | None]]:
-    """Map every frame; yield it with its saliency, or None and why there is none.
+class Mapping:
+    """Map every frame of a recording, frame by frame.
 
     saliency_of: from (H, W, 3) uint8 to (H, W) in [0, 1]; a `ValueError` says why it cannot.
-    Writes <id>.png, 8 bit, of the colour image's size: 255 is a saliency of 1.
+    n_seen, n_mapped: frames so far, and those that have a map.
     """
-    with Prefetch(dataset, memory_mb=config.run.memory_mb) as frames:
-        for frame in frames.in_order(range(len(dataset))):
-            saliency, problem = _map(saliency_of, frame)
-            if saliency is not None:
-                out.write_image(f"{frame.id}.png", np.rint(255 * saliency).astype(np.uint8))
-            yield frame, saliency, problem
+
+    def __init__(
+        self,
+        config: Config,
+        saliency_of: Callable[[Rgb], Saliency],
+        dataset: Dataset,
+        out: OutputFolder,
+    ) -> None:
+        self.problems = Problems()
+        self.n_seen = self.n_mapped = 0
+        self._memory_mb = config.run.memory_mb
+        self._saliency_of = saliency_of
+        self._dataset = dataset
+        self._out = out
+
+    def __iter__(self) -> Iterator[tuple[Frame, Saliency | None]]:
+        """Yield each frame with its saliency, None where there is none, once it is written.
+
+        <id>.png is 8 bit, of the colour image's size: 255 is a saliency of 1.
+        """
+        with Prefetch(self._dataset, memory_mb=self._memory_mb) as frames:
+            for frame in frames.in_order(range(len(self._dataset))):
+                saliency, problem = _map(self._saliency_of, frame)
+                self.n_seen += 1
+                if saliency is None:
+                    self.problems.add(frame, problem)
+                else:
+                    self.n_mapped += 1
+                    grey = np.rint(255 * saliency).astype(np.uint8)
+                    self._out.write_image(f"{frame.id}.png", grey)
+                yield frame, saliency
 
 
 def _map(

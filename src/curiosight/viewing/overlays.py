@@ -45,13 +45,13 @@ def overlay_labels(rgb: Rgb, segmentation: Segmentation, *, has_legend: bool = F
     _check_same_size("segmentation", labels.shape, rgb)
     # What teaches no object loses its own colour: a red wall tinted blue would be violet.
     is_coloured = np.isin(labels, (Label.SALIENT, Label.UNKNOWN))[..., None]
-    below = np.where(is_coloured, rgb, _grey(rgb))
+    below = np.where(is_coloured, rgb, greyed(rgb))
     tint = np.zeros_like(rgb)
     opacity = np.zeros((*labels.shape, 1), np.float32)
     for label, colour in LABEL_COLOURS.items():
         tint[labels == label] = colour
         opacity[labels == label] = _OPACITY[label]
-    blended = _blend(below, tint, opacity)
+    blended = blend(below, tint, opacity)
     is_hatched = _hatching(labels.shape) & (labels == Label.UNKNOWN)
     blended[is_hatched] = blended[is_hatched] // 2 + np.uint8(120)
     blended[_outlines(segmentation.instances())] = OUTLINE_COLOUR
@@ -66,13 +66,13 @@ def overlay_saliency(rgb: Rgb, saliency: npt.NDArray[np.floating]) -> Image:
     height, width = rgb.shape[:2]
     enlarged = cv2.resize(saliency.astype(np.float32), (width, height))
     heat = cv2.applyColorMap(np.round(255 * enlarged).astype(np.uint8), cv2.COLORMAP_INFERNO)
-    grey = _grey(rgb)
+    grey = greyed(rgb)
     # Already a doubtful prediction shows, and a sure one still lets the object through.
     opacity = 0.75 * np.sqrt(enlarged)[..., None]
-    return _blend(grey // 2 + grey // 8, cv2.cvtColor(heat, cv2.COLOR_BGR2RGB), opacity)
+    return blend(grey // 2 + grey // 8, cv2.cvtColor(heat, cv2.COLOR_BGR2RGB), opacity)
 
 
-def _grey(rgb: Rgb) -> Image:
+def greyed(rgb: Rgb) -> Image:
     """Return the image without its colours, still (H, W, 3)."""
     grey: Image = cv2.cvtColor(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
     return grey
@@ -83,7 +83,7 @@ def _check_same_size(name: str, shape: tuple[int, ...], rgb: Rgb) -> None:
         raise ValueError(f"{name}: expected {rgb.shape[:2]} like the image, got {shape}")
 
 
-def _blend(below: Image, above: Image, opacity: npt.NDArray[np.float32]) -> Image:
+def blend(below: Image, above: Image, opacity: npt.NDArray[np.float32]) -> Image:
     """Mix two (H, W, 3) images; opacity: (H, W, 1), 1 shows only `above`."""
     mixed = below + opacity * (above.astype(np.float32) - below)
     return np.round(mixed).astype(np.uint8)

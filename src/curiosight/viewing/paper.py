@@ -54,19 +54,22 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def save_figure(figure: Figure, path: Path | str) -> None:
-    """Write a figure as PNG, completely or not at all; the same figure gives the same bytes.
+    """Write a figure, completely or not at all; the same figure gives the same bytes.
 
+    path: what ends in .svg becomes SVG, anything else PNG.
     Raises `DataError` where the file cannot be written.
     """
+    is_svg = Path(path).suffix.lower() == ".svg"
     drawn = io.BytesIO()
-    figure.savefig(
-        drawn,
-        format="png",
-        dpi=DPI,
-        bbox_inches="tight",
-        pad_inches=0.08,
-        metadata={"Software": None},
-    )
+    with matplotlib.rc_context({"svg.hashsalt": "curiosight"}):  # else ids are random
+        figure.savefig(
+            drawn,
+            format="svg" if is_svg else "png",
+            dpi=DPI,
+            bbox_inches="tight",
+            pad_inches=0.08,
+            metadata={"Date": None, "Creator": None} if is_svg else {"Software": None},
+        )
     replace_file(Path(path), drawn.getvalue())
 
 

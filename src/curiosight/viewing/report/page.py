@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from importlib.resources import files
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from curiosight.files import replace_file
 from curiosight.viewing.report.content import Making, Report, ResultRow, Results
 from curiosight.viewing.report.curve import N_MEAN, learning_curve
+from curiosight.viewing.report.document import document, list_section, pairs, section
 from curiosight.viewing.report.floor_plan import floor_plan, grid_of
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number
 from curiosight.viewing.report.pictures import example_groups
@@ -18,9 +18,6 @@ from curiosight.viewing.report.region_time import (
     time_in_regions,
     window_of,
 )
-
-# Even what slipped through could load nothing and run nothing.
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 _EXAMPLES = (
     "Depth teaches: it shows what stands out from floor, tables and walls, as far as depth "
@@ -45,35 +42,23 @@ def write_report(report: Report, path: Path) -> None:
 
 def report_html(report: Report) -> str:
     """Return the page: one file that asks for nothing from outside and runs no script."""
-    style = files(__package__).joinpath("report.css").read_text("utf-8")
-    head = element(
-        "head",
-        {},
-        element("meta", {"charset": "utf-8"}),
-        element("meta", {"http-equiv": "Content-Security-Policy", "content": _POLICY}),
-        element("meta", {"name": "viewport", "content": "width=device-width, initial-scale=1"}),
-        element("meta", {"name": "color-scheme", "content": "light dark"}),
-        element("title", {}, report.title),
-        element("style", {}, Markup(style + region_styles(report.region_names))),
-    )
-    body = element("body", {}, element("main", {}, *_sections(report)))
-    return "<!DOCTYPE html>\n" + element("html", {"lang": "en"}, head, body) + "\n"
+    return document(report.title, _sections(report), style=region_styles(report.region_names))
 
 
 def _sections(report: Report) -> Iterator[Markup]:
     yield _opening(report)
     if any(group.examples for group in report.examples):
-        yield _section("examples", "What it sees", _EXAMPLES, example_groups(report.examples))
+        yield section("examples", "What it sees", _EXAMPLES, example_groups(report.examples))
     if any(table.rows for table in report.results):
-        yield _section("results", "In numbers", "", join(map(_results, report.results)))
+        yield section("results", "In numbers", "", join(map(_results, report.results)))
     if report.steps:
         yield _curve(report)
     if report.room_map is not None:
         yield _map(report)
     if report.steps and report.region_names:
         yield _regions(report)
-    yield _list_section("problems", "What went wrong", report.problems)
-    yield _list_section("limits", "What this page cannot tell", report.limits)
+    yield list_section("problems", "What went wrong", report.problems)
+    yield list_section("limits", "What this page cannot tell", report.limits)
     if report.making is not None:
         yield _making(report.making)
 
@@ -110,7 +95,7 @@ def _curve(report: Report) -> Markup:
     if not chart:
         return NOTHING
     figure = element("figure", {"class": "curve"}, chart)
-    return _section("curve", "How it learned", _CURVE, figure)
+    return section("curve", "How it learned", _CURVE, figure)
 
 
 def _map(report: Report) -> Markup:
@@ -129,7 +114,7 @@ def _map(report: Report) -> Markup:
     if report.region_note:
         text += f" {report.region_note}"
     figure = element("figure", {}, plan, region_key(report.region_names))
-    return _section("map", "Where it looked", text, figure)
+    return section("map", "Where it looked", text, figure)
 
 
 def _regions(report: Report) -> Markup:
@@ -140,36 +125,21 @@ def _regions(report: Report) -> Markup:
         "the same scale."
     )
     table = time_in_regions(report.steps, report.region_names)
-    return _section("regions", "Where the time went", text, table)
-
-
-def _list_section(name: str, title: str, lines: Sequence[str]) -> Markup:
-    if not lines:
-        return NOTHING
-    return _section(name, title, "", element("ul", {}, *[element("li", {}, x) for x in lines]))
+    return section("regions", "Where the time went", text, table)
 
 
 def _making(making: Making) -> Markup:
     parts = [element("pre", {}, element("code", {}, making.command))]
     if making.facts:
-        parts.append(_pairs(making.facts))
+        parts.append(pairs(making.facts))
     if making.times_ms:
         parts.append(_times(making.times_ms))
     if making.files:
-        parts += [element("h3", {}, "Beside this page"), _pairs(making.files, is_code=True)]
+        parts += [element("h3", {}, "Beside this page"), pairs(making.files, is_code=True)]
     if making.settings:
         summary = element("summary", {}, "All settings")
         parts.append(element("details", {}, summary, element("pre", {}, making.settings)))
-    return _section("making", "How this was made", "", join(parts))
-
-
-def _pairs(pairs: Mapping[str, str], *, is_code: bool = False) -> Markup:
-    kind = "code" if is_code else "span"
-    terms = [
-        join((element("dt", {}, element(kind, {}, name)), element("dd", {}, text)))
-        for name, text in pairs.items()
-    ]
-    return element("dl", {}, *terms)
+    return section("making", "How this was made", "", join(parts))
 
 
 def _times(times_ms: Mapping[str, float]) -> Markup:
@@ -183,9 +153,3 @@ def _times(times_ms: Mapping[str, float]) -> Markup:
         rows.append(element("tr", {}, name, *cells))
     caption = element("caption", {}, "Milliseconds of each stage, per frame")
     return element("table", {"class": "times measured"}, caption, element("tbody", {}, *rows))
-
-
-def _section(name: str, title: str, text: str, content: Markup) -> Markup:
-    heading = element("h2", {"id": name}, title)
-    introduction = element("p", {}, text) if text else NOTHING
-    return element("section", {"aria-labelledby": name}, heading, introduction, content)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Sequence
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -21,10 +19,10 @@ from curiosight.viewing.overlays import (
     overlay_saliency,
 )
 from curiosight.viewing.report.content import ExampleGroup
+from curiosight.viewing.report.embedding import shrunken, source
 from curiosight.viewing.report.markup import Markup, element, join
 
 MAX_WIDTH_PX = 480
-JPEG_QUALITY = 82
 _HATCHING = "repeating-linear-gradient(135deg,#fff 0 1px,transparent 1px 5px)"
 
 
@@ -70,7 +68,7 @@ def _picture(title: str, description: str, rgb: Rgb) -> Markup:
         "figure",
         {},
         element("figcaption", {}, title),
-        element("img", {"alt": description, **_source(_shrunken(rgb))}),
+        element("img", {"alt": description, **source(shrunken(rgb, MAX_WIDTH_PX))}),
     )
 
 
@@ -78,27 +76,6 @@ def _shares(labels: npt.NDArray[np.uint8]) -> str:
     """Say which share of the pixels each label has."""
     shares = {name: np.mean(labels == label) for label, name in LABEL_NAMES.items()}
     return ", ".join(f"{share:.0%} {name}" for name, share in shares.items() if share > 0)
-
-
-def _shrunken(rgb: Rgb) -> Rgb:
-    """Return the image at most as wide as a page shows it."""
-    height, width = rgb.shape[:2]
-    if width <= MAX_WIDTH_PX:
-        return rgb
-    size = (MAX_WIDTH_PX, max(1, round(height * MAX_WIDTH_PX / width)))
-    shrunken: Rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
-    return shrunken
-
-
-def _source(rgb: Rgb, ending: str = ".jpg") -> dict[str, str | float]:
-    """Return the attributes that hold an image, and its size in pixels."""
-    is_jpeg = ending == ".jpg"
-    options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if is_jpeg else []
-    _, encoded = cv2.imencode(ending, cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), options)
-    kind = "jpeg" if is_jpeg else "png"
-    content = base64.b64encode(encoded.tobytes()).decode("ascii")
-    height, width = rgb.shape[:2]
-    return {"src": f"data:image/{kind};base64,{content}", "width": width, "height": height}
 
 
 def _key() -> Markup:
@@ -109,7 +86,7 @@ def _key() -> Markup:
     ]
     ramp = np.linspace(0, 1, 96, dtype=np.float32)[None].repeat(12, axis=0)
     heat = overlay_saliency(np.full((*ramp.shape, 3), 100, np.uint8), ramp)
-    scale = element("img", {"alt": "from grey to bright yellow", **_source(heat, ".png")})
+    scale = element("img", {"alt": "from grey to bright yellow", **source(heat, ".png")})
     prediction = element("li", {"class": "scale"}, "background ", scale, " object")
     return element("ul", {"class": "key"}, *swatches, prediction)
 

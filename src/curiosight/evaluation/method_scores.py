@@ -1,0 +1,76 @@
+"""All that is measured of one method's maps, so that methods can be compared on the same frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.evaluation.bootstrap import Interval, bootstrap_interval
+from curiosight.evaluation.map_scores import MapScores
+from curiosight.evaluation.object_metrics import score_objects
+from curiosight.evaluation.object_scores import ObjectScores
+from curiosight.evaluation.object_truth import ObjectTruth
+from curiosight.evaluation.score_histograms import (
+    Floats,
+    average_precision,
+    precision_recall,
+    roc_auc,
+    score_histogram,
+)
+from curiosight.frame import Depth
+
+# Coarser than the figures themselves, which are exact: an interval needs no fourth decimal.
+INTERVAL_LEVELS = 1024
+
+
+class MethodScores:
+    """Collect one method's maps with their truth, frame by frame.
+
+    max_range: metres of depth; what lies nearer and beyond is scored apart too.
+    threshold: above which the method calls a pixel salient, for the overall error.
+    """
+
+    def __init__(self, *, max_range: float = 4.0, threshold: float = 0.5) -> None:
+        self.maps = MapScores(max_range=max_range, threshold=threshold)
+        self.objects = ObjectScores()
+        self._histograms: list[npt.NDArray[np.int64]] = []
+
+    def add(
+        self,
+        id: str,
+        saliency: npt.NDArray[np.float32],
+        truth: ObjectTruth,
+        labels: npt.NDArray[np.uint8] | None = None,
+        depth: Depth | None = None,
+        true_depth: Depth | None = None,
+    ) -> None:
+        """Add a frame's (H, W) map in [0, 1]; the rest as in `MapScores.add`."""
+        self.maps.add(id, saliency, truth.labels, labels, depth, true_depth)
+        self.objects.add(id, score_objects(saliency, truth))
+        histogram = score_histogram(saliency, truth.labels, n_levels=INTERVAL_LEVELS)
+        self._histograms.append(histogram)
+
+    def table(self) -> dict[str, Any]:
+        """Return all figures but the intervals as JSON-able numbers."""
+        scores, objects = self.maps.table(), self.objects.table()
+        both = zip(scores.pop("per_frame"), objects["per_frame"], strict=True)
+        per_frame = [{**maps, "objects": measures} for maps, measures in both]
+        return {**scores, "objects": objects["mean"], "per_frame": per_frame}
+
+    def intervals(self, seed: int) -> dict[str, Interval | None]:
+        """Return the 95 % bootstrap intervals over frames of the pooled figures and the measures.
+
+        The same seed draws the same frames for every method that has as many.
+        """
+        per_frame = np.array(self._histograms, np.float64)
+        pooled = {
+            name: bootstrap_interval(per_frame, statistic, np.random.default_rng(seed))
+            for name, statistic in (("roc_auc", roc_auc), ("average_precision", average_precision))
+        }
+        return pooled | self.objects.intervals(np.random.default_rng(seed))
+
+    def precision_recall(self) -> Floats:
+        """(n, 2): recall and precision over the thresholds, pooled over frames; may be empty."""
+        return precision_recall(np.sum(self._histograms, axis=0))
