@@ -49,11 +49,7 @@ def write_report(
     comparison = evaluation.comparison
     assert comparison is not None
     times_ms = comparison.times_ms()
-    methods = [
-        _result(name, scores, metrics["methods"][name], times_ms.get(name), comparison.ours)
-        for name, scores in comparison.scores.items()
-        if name in metrics["methods"]
-    ]
+    methods = method_results(comparison, metrics["methods"], times_ms)
     wall = [_row(shown, comparison.threshold) for shown in comparison.shown]
     folder.write_json("times.json", times_ms)
     folder.write_text("table.md", markdown_table(methods))
@@ -75,6 +71,22 @@ def write_report(
         files=_FILES,
     )
     write_comparison(report, folder.file("report.html"))
+
+
+def method_results(
+    comparison: Comparison,
+    tables: Mapping[str, Any],
+    times_ms: Mapping[str, Mapping[str, float]],
+) -> list[MethodResult]:
+    """Return what each method reached, ours first.
+
+    tables, times_ms: what `comparison.metrics()` and `.times_ms()` returned.
+    """
+    return [
+        _result(name, scores, tables[name], times_ms.get(name), comparison.ours)
+        for name, scores in comparison.scores.items()
+        if name in tables
+    ]
 
 
 def _result(

@@ -84,7 +84,8 @@ class Comparison:
 
     ours: the learned map's name. methods: as `choose_methods` returns them.
     threshold: above which ours calls a pixel salient; of the others it is 0.5.
-    scores, times: by method, ours first. shown: the frames of `show`, as they are judged.
+    show: ids of frames to keep for a look.
+    scores, times: by method, ours first.
     failures: why a method could not map a frame, with the number of frames.
     """
 
@@ -102,11 +103,10 @@ class Comparison:
         self.scores = {ours: MethodScores(max_range=max_range, threshold=threshold)}
         self.scores |= {name: MethodScores(max_range=max_range) for name in methods}
         self.times = {name: StageTimes() for name in self.scores}
-        self.shown: list[Shown] = []
         self.failures: dict[tuple[str, str], int] = {}
         self._methods = methods
         self._seed = seed
-        self._show = set(show)
+        self._shown: dict[str, Shown | None] = dict.fromkeys(show)
 
     def add(self, judged: Judged, learned: Callable[[Rgb], Saliency]) -> None:
         """Map a frame with every method; score and time the maps.
@@ -119,8 +119,13 @@ class Comparison:
             self.scores[name].add(
                 frame.id, found, truth, judged.labels, frame.depth, judged.true_depth
             )
-        if frame.id in self._show:
-            self.shown.append(_shown(judged, maps))
+        if frame.id in self._shown:
+            self._shown[frame.id] = _shown(judged, maps)
+
+    @property
+    def shown(self) -> list[Shown]:
+        """Those of the frames to look at that could be judged, in the order of the recording."""
+        return [shown for shown in self._shown.values() if shown is not None]
 
     def metrics(self) -> dict[str, Any]:
         """Return the figures of every method, ours first, JSON-able."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curiosight.viewing.comparison.content import COLUMNS, Curve, MethodResult
+from curiosight.viewing.comparison.content import COLUMN_OF, MAIN_KEY, Curve, MethodResult
 from curiosight.viewing.comparison.curve_styles import (
     UPPER_LEFT,
     WHOLE,
@@ -23,7 +23,7 @@ from curiosight.viewing.comparison.standings import written
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number, path_of
 
 _N_GAPS = 4  # between the ticks of an axis
-_MAIN_COLUMN = COLUMNS[0]
+_MAIN_COLUMN = COLUMN_OF[MAIN_KEY]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -53,7 +53,8 @@ COLUMNS: tuple[Column, ...] = (
         "overall_error",
         "error",
         True,
-        "The overall error: 1 − F1 at the method's own threshold, mean over the frames",
+        "The overall error: 1 − F1, mean over the frames; ours is cut at the threshold it learns "
+        "with, the others at 0.5",
     ),
     Column(
         "f_max",
@@ -113,7 +114,7 @@ COLUMNS: tuple[Column, ...] = (
     ),
     Column("ms", "ms", True, "Milliseconds per image, median, on one thread"),
 )
-_KEYS = {column.key for column in COLUMNS}
+COLUMN_OF: dict[str, Column] = {column.key: column for column in COLUMNS}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +139,7 @@ class MethodResult:
 
     def __post_init__(self) -> None:
         for key in (*self.figures, *self.intervals):
-            if key not in _KEYS:
+            if key not in COLUMN_OF:
                 raise ValueError(f"figures: expected keys of COLUMNS, got {key!r}")
         for key, figure in self.figures.items():
             if figure is not None and not np.isfinite(figure):

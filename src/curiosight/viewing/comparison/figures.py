@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from curiosight.viewing.comparison.confusion import HATCH, IGNORED, OUTCOMES
-from curiosight.viewing.comparison.content import COLUMNS, Curve, MethodResult, WallRow
+from curiosight.viewing.comparison.content import COLUMN_OF, Curve, MethodResult, WallRow
 from curiosight.viewing.comparison.curve_styles import (
     DASHES,
     UPPER_LEFT,
@@ -27,14 +27,13 @@ from curiosight.viewing.comparison.wall import TILE_PX, Mosaic, blocks, mosaic
 from curiosight.viewing.overlays import Colour
 from curiosight.viewing.paper import FAINT, HUES, INK, new_figure, save_figure, with_style
 
-_COLUMN_OF = {column.key: column for column in COLUMNS}
 _GREY = "#b4b4b4"
 _GRID = "#e6e6e6"
 _TILE_WIDTH = 1.0  # inches of a picture of the wall
 _TITLE_HEIGHT = 0.55
 _KEY_HEIGHT = 0.3
-_TITLE_STYLE: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": 9, "linespacing": 1.0}
-_CAPTION_STYLE: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": 7, "rotation": 90}
+_TITLE_STYLE: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": 9, "linespacing": 1.1}
+_CAPTION_STYLE: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": 6.5, "rotation": 90}
 _ROW_HEIGHT = 0.2  # inches of a line of the key
 
 
@@ -186,7 +185,7 @@ def _draw_corner(axes: Axes, window: Window, curves: Sequence[tuple[StyledMethod
 
 def _draw_key(axes: Axes, drawn: Sequence[StyledMethod], key: str) -> None:
     """List the names of all methods beside the axes, with a figure, the best first."""
-    column = _COLUMN_OF[key]
+    column = COLUMN_OF[key]
     of_method = {id(one.method): one for one in drawn}
     in_order = [of_method[id(m)] for m in ranked([one.method for one in drawn], key)]
     lines = [_line(one) for one in in_order]

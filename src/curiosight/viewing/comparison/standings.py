@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from curiosight.viewing.comparison.content import COLUMNS, MAIN_KEY, Column, MethodResult
+from curiosight.viewing.comparison.content import COLUMN_OF, COLUMNS, MAIN_KEY, Column, MethodResult
 
 MISSING = "–"
-_COLUMN_OF = {column.key: column for column in COLUMNS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +20,7 @@ class Leaders:
 
 def ranked(methods: Iterable[MethodResult], key: str = MAIN_KEY) -> list[MethodResult]:
     """Return the methods, best first; without a figure last, equals in the order given."""
-    column = _COLUMN_OF[key]
+    column = COLUMN_OF[key]
 
     def place(method: MethodResult) -> tuple[bool, float]:
         figure = method.figure(column)

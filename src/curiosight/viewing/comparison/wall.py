@@ -21,7 +21,7 @@ from curiosight.viewing.comparison.content import WallRow
 TILE_PX = 240  # width of a picture of the mosaic
 GAP_PX = 8
 MAX_MAPS = 9  # side by side: more would be too small on a printed page
-_MAX_CAPTION = 14
+_MAX_CAPTION = 11
 _MAX_TITLE_LINE = 12
 _MAX_WORD = 15
 
