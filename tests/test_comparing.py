@@ -73,7 +73,10 @@ def test_what_cannot_be_mapped_is_told() -> None:
     comparison = compare({"gbvs": METHODS["gbvs"], "depth": None})
     comparison.add(judged("a", has_labels=False), lambda rgb: left_half())
     assert list(comparison.metrics()) == ["ours"]
-    assert [name for name, _ in comparison.failures] == ["gbvs", "depth"]
+    assert [(name, n_frames) for name, _, n_frames in comparison.failures] == [
+        ("gbvs", 1),
+        ("depth", 1),
+    ]
 
 
 def test_shown_are_the_frames_that_were_asked_for() -> None:

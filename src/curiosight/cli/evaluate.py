@@ -8,7 +8,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.evaluate_report import write_report
+from curiosight.cli.evaluate_report import failures, write_report
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
@@ -86,6 +86,8 @@ def evaluate(
     if evaluation.comparison is not None:
         command = _command(paths, folds, split, ground_truth, baselines)
         write_report(evaluation, metrics, folder, command)
+        for failure in failures(evaluation.comparison):
+            talk.warn(failure)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
     talk.warn_of_learned(evaluation.n_learned, len(evaluation.truth.indices))
     if not evaluation.learner.forest.is_trained:

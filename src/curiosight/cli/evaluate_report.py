@@ -157,11 +157,16 @@ def _facts(
 def _problems(evaluation: Evaluation | CrossValidation, comparison: Comparison) -> Iterator[str]:
     n_frames = len(evaluation.truth.dataset)
     yield from evaluation.problems.sentences(n_frames, "could not be used")
-    for (method, why), n_failed in comparison.failures.items():
-        yield f"{method}: no map of {count(n_failed, 'frame')}: {why}"
+    yield from failures(comparison)
     if evaluation.n_learned:
         tested = count(len(evaluation.truth.indices), "test frame")
         yield f"{evaluation.n_learned} of {tested} were learned from: the scores are too good."
+
+
+def failures(comparison: Comparison) -> Iterator[str]:
+    """Yield a sentence for each method that could not map every frame."""
+    for method, why, n_frames in comparison.failures:
+        yield f"{method}: no map of {count(n_frames, 'frame')}: {why}"
 
 
 def _limits(metrics: Mapping[str, Any]) -> Iterator[str]:

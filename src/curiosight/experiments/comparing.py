@@ -86,7 +86,6 @@ class Comparison:
     threshold: above which ours calls a pixel salient; of the others it is 0.5.
     show: ids of frames to keep for a look.
     scores, times: by method, ours first.
-    failures: why a method could not map a frame, with the number of frames.
     """
 
     def __init__(
@@ -103,7 +102,7 @@ class Comparison:
         self.scores = {ours: MethodScores(max_range=max_range, threshold=threshold)}
         self.scores |= {name: MethodScores(max_range=max_range) for name in methods}
         self.times = {name: StageTimes() for name in self.scores}
-        self.failures: dict[tuple[str, str], int] = {}
+        self._failures: dict[tuple[str, str], int] = {}
         self._methods = methods
         self._seed = seed
         self._shown: dict[str, Shown | None] = dict.fromkeys(show)
@@ -126,6 +125,11 @@ class Comparison:
     def shown(self) -> list[Shown]:
         """Those of the frames to look at that could be judged, in the order of the recording."""
         return [shown for shown in self._shown.values() if shown is not None]
+
+    @property
+    def failures(self) -> list[tuple[str, str, int]]:
+        """Which method could not map frames, why, and how many."""
+        return [(method, why, n_frames) for (method, why), n_frames in self._failures.items()]
 
     def metrics(self) -> dict[str, Any]:
         """Return the figures of every method, ours first, JSON-able."""
@@ -164,7 +168,7 @@ class Comparison:
         return saliency
 
     def _note(self, method: str, why: str) -> None:
-        self.failures[method, why] = 1 + self.failures.get((method, why), 0)
+        self._failures[method, why] = 1 + self._failures.get((method, why), 0)
 
 
 def _shown(judged: Judged, maps: Mapping[str, Saliency]) -> Shown:
