@@ -55,8 +55,10 @@ class MethodScores:
     def table(self) -> dict[str, Any]:
         """Return all figures but the intervals as JSON-able numbers."""
         scores, objects = self.maps.table(), self.objects.table()
-        both = zip(scores.pop("per_frame"), objects["per_frame"], strict=True)
-        per_frame = [{**maps, "objects": measures} for maps, measures in both]
+        per_frame = scores.pop("per_frame")
+        for frame, measures in zip(per_frame, objects["per_frame"], strict=True):
+            del measures["id"]
+            frame["objects"] = measures
         return {**scores, "objects": objects["mean"], "per_frame": per_frame}
 
     def intervals(self, seed: int) -> dict[str, Interval | None]:
