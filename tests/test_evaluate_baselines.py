@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -73,6 +75,18 @@ def test_same_seed_gives_the_same_bytes_but_for_times(compared: tuple[Path, Path
         for path in (one / "report.html", two / "report.html")
     ]
     assert pages[0] == pages[1]
+
+
+def test_report_tells_the_command_in_its_own_folder(
+    compared: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: Capsys
+) -> None:
+    page = html.unescape((compared[0] / "report.html").read_text())
+    found = re.search(r"curiosight evaluate [^<]*--baselines [a-z,-]+", page)
+    assert found is not None
+    monkeypatch.chdir(compared[0])
+    succeed(capsys, *shlex.split(found[0])[1:], "--out", tmp_path / "again")
+    metrics = (compared[0] / "metrics.json").read_bytes()
+    assert (tmp_path / "again/metrics.json").read_bytes() == metrics
 
 
 def test_folds_compare_too(room: Path, tmp_path: Path, capsys: Capsys) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.again import command_again, from_anywhere
 from curiosight.cli.evaluate_report import failures, write_report
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
@@ -84,7 +85,13 @@ def evaluate(
     folder.write_json("metrics.json", metrics)
     _draw(evaluation.scores, folder)
     if evaluation.comparison is not None:
-        command = _command(paths, folds, split, ground_truth, baselines)
+        given = {
+            "folds": folds,
+            "split": split,
+            "ground-truth": ground_truth,
+            "baselines": _from_anywhere(baselines),
+        }
+        command = command_again("evaluate", paths, given)
         write_report(evaluation, metrics, folder, command)
         for failure in failures(evaluation.comparison):
             talk.warn(failure)
@@ -123,19 +130,10 @@ def _prepare(
     return CrossValidation(config, dataset, n_folds=folds, split=kind, baselines=baselines)
 
 
-def _command(
-    paths: list[Path],
-    folds: int | None,
-    split: str | None,
-    ground_truth: Path | None,
-    baselines: str,
-) -> list[str]:
-    """Return the command that evaluates the same again, in the folder it wrote."""
-    command = ["curiosight", "evaluate", *map(str, paths), "--config", "config.toml"]
-    given = {"folds": folds, "split": split, "ground-truth": ground_truth, "baselines": baselines}
-    for option, value in given.items():
-        command += [] if value is None else [f"--{option}", str(value)]
-    return command
+def _from_anywhere(baselines: str) -> str:
+    """Return names of baselines with absolute paths of networks."""
+    names = [Path(name) for name in baselines.split(",")]
+    return ",".join(from_anywhere(n) if n.suffix == ".onnx" else str(n) for n in names)
 
 
 def _draw(scores: MapScores, folder: OutputFolder) -> None:

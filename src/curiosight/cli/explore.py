@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import example_of
 from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
@@ -134,7 +135,8 @@ def explore(
             summary = run.finish()
             taught = [example_of(run, step) for step in examples]
             draw_figures(run, folder, taught)
-            again = _again(source, test, ground_truth, from_)
+            given = {"test": test, "ground-truth": ground_truth, "from": from_}
+            again = command_again("explore", [source], given)
             write_report(exploration_report(run, summary, taught, again), folder.file(REPORT))
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     talk.warn_of_learned(run.n_learned, len(run.truth.indices))
@@ -145,16 +147,6 @@ def explore(
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(len(run.rows), 'step')}; run and model are kept")
         raise typer.Exit(INTERRUPTED)
-
-
-def _again(
-    source: Path, test: Path | None, ground_truth: Path | None, continued: Path | None
-) -> list[str]:
-    """Return the command that runs the same again, in the folder of the run."""
-    command = ["curiosight", "explore", str(source), "--config", "config.toml"]
-    for option, path in (("test", test), ("ground-truth", ground_truth), ("from", continued)):
-        command += [] if path is None else [f"--{option}", str(path)]
-    return command
 
 
 def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config) -> None:
