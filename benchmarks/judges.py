@@ -31,8 +31,9 @@ SPLITS: dict[str, SplitKind] = {"redkitchen": "blocks"}
 HEAD = """# The learned map beside other methods
 
 Written by `python benchmarks/judges.py`, which says how. Intervals are 95 %, bootstrap over frames.
-"depth" is what depth says of the very frame, noise where it says nothing: it sees more than the
-others, which have colour alone. F, E, S and weighted F stretch each map to reach from 0 to 1.
+"depth" is what the teacher says of the very frame, with what it knows of the whole recording, and
+noise where it says nothing: more than the others are shown, which have colour alone. Fβ, E, S,
+weighted F and MAE stretch each map to reach from 0 to 1.
 
 """
 
@@ -57,6 +58,7 @@ def results(source: str) -> tuple[list[MethodResult], dict[str, Any]]:
     """Return both presets' and the others' results, and their tables without single frames."""
     methods: list[MethodResult] = []
     tables: dict[str, Any] = {}
+    # Of the second run only the learned map is kept.
     for preset, baselines in (("default", "all"), ("paper", "depth")):
         config = Config.of_preset(preset)
         evaluation = evaluations(source, config, baselines)

@@ -128,6 +128,19 @@ def test_scores_of_a_method_are_those_of_its_maps() -> None:
     assert precision[-1] == pytest.approx(0.5, abs=0.02)
 
 
+def test_one_frame_that_is_known_gives_no_interval() -> None:
+    rng, scores = np.random.default_rng(0), MethodScores()
+    for truth in (judged("a").truth, *[np.full((HEIGHT, WIDTH), 125, np.uint8)] * 3):
+        scores.add("a", rng.random((HEIGHT, WIDTH), np.float32), ObjectTruth(truth))
+    assert scores.intervals(0)["roc_auc"] is None
+    assert scores.table()["pooled"]["all"]["roc_auc"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_without_frames_there_are_no_curves() -> None:
+    assert MethodScores().precision_recall().shape == (0, 2)
+    assert MethodScores().intervals(0)["average_precision"] is None
+
+
 def test_histograms_of_a_method_tell_its_area() -> None:
     truth = judged("a").truth
     assert roc_auc(score_histogram(left_half(), truth)) == 1

@@ -8,9 +8,16 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from command import files, refusal, succeed
+from curiosight.baselines import Saliency
+from curiosight.cli.evaluate_report import failures, method_results
+from curiosight.experiments.comparing import Comparison, Judged
+from curiosight.frame import Frame, Rgb
+from recordings import write_folder
+from small_networks import write_network
 
 Capsys = pytest.CaptureFixture[str]
 NAMES = "mb,spectral-residual,depth"
@@ -87,6 +94,49 @@ def test_report_tells_the_command_in_its_own_folder(
     succeed(capsys, *shlex.split(found[0])[1:], "--out", tmp_path / "again")
     metrics = (compared[0] / "metrics.json").read_bytes()
     assert (tmp_path / "again/metrics.json").read_bytes() == metrics
+
+
+def test_depth_is_not_compared_with_itself(model: Path, tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "room", 3, with_ground_truth=False)
+    options = ("--baselines", "mb,depth", "--out", tmp_path / "out")
+    shown = succeed(capsys, "evaluate", model, tmp_path / "room", *options).out
+    assert "ROC AUC of mb" in shown
+    assert "ROC AUC of depth" not in shown
+    assert "against what depth says" in (tmp_path / "out/report.html").read_text()
+
+
+def test_methods_that_fail_on_some_frames_say_on_how_many() -> None:
+    comparison = Comparison("ours", {"picky": picky}, max_range=4.0, threshold=0.5, seed=0)
+    for id, grey in (("a", 10), ("b", 200)):
+        rgb = np.full((48, 64, 3), grey, np.uint8)
+        truth = np.zeros((48, 64), np.uint8)
+        truth[:20] = 255
+        comparison.add(
+            Judged(Frame(id, rgb), truth, None, None), lambda rgb: np.eye(48, 64, dtype=np.float32)
+        )
+    names = [one.name for one in method_results(comparison, comparison.metrics(), {})]
+    assert names == ["ours", "picky (1 of 2 frames)"]
+    assert list(failures(comparison)) == ["picky: no map of 1 frame: rgb: too dark"]
+
+
+def picky(rgb: Rgb) -> Saliency:
+    """Map bright images alone."""
+    if rgb.mean() < 100:
+        raise ValueError("rgb: too dark")
+    return np.zeros(rgb.shape[:2], np.float32)
+
+
+def test_network_of_ones_own_is_compared_by_its_name(
+    model: Path, room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    pytest.importorskip("onnxruntime")
+    write_network(tmp_path / "mine.onnx")
+    monkeypatch.chdir(tmp_path)
+    succeed(capsys, "evaluate", model, room, "--baselines", "mb, mine.onnx,", "--out", "out")
+    metrics = json.loads((tmp_path / "out/metrics.json").read_text())
+    assert list(metrics["methods"]) == ["ours (default)", "mb", "mine.onnx"]
+    again = f"--baselines mb,{tmp_path / 'mine.onnx'}"
+    assert again in html.unescape((tmp_path / "out/report.html").read_text())
 
 
 def test_folds_compare_too(room: Path, tmp_path: Path, capsys: Capsys) -> None:

@@ -38,7 +38,7 @@ class SaliencyNetwork:
     path: a network from one float32 image (1, 3, h, w), red first, to one map or more, of which
         the first counts.
     size: side of the square that images are brought to, for a network that takes any; None =
-        320. Otherwise the network's own is used.
+        320. A network of a fixed size takes only that: another is a `ValueError`.
     mean, std: what is taken off red, green and blue in [0, 1], and then divided by.
 
     Runs on one thread. Raises `DataError` where the file is no such network, or where
@@ -78,7 +78,7 @@ class SaliencyNetwork:
         try:
             outputs = self._session.run(None, {self._input_name: image[None]})
         except Exception as error:  # onnxruntime's own have no other base class
-            remedy = "give the size that it was trained with"
+            remedy = "give another network"
             raise DataError(self.path, f"cannot work on {self._size} ({error})", remedy) from error
         found = np.asarray(outputs[0])
         if found.ndim < 2 or found.size == 0 or found.size != found.shape[-2] * found.shape[-1]:

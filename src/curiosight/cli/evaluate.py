@@ -10,9 +10,10 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.again import command_again, from_anywhere
 from curiosight.cli.evaluate_report import failures, write_report
-from curiosight.cli.talk import NOTHING_LEARNED, Talk
+from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
+from curiosight.experiments.comparing import is_network, split_names
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
@@ -48,8 +49,9 @@ def evaluate(
             metavar="NAMES",
             show_default="none",
             help="Judge other methods on the same frames: all, or a list such as "
-            "bms,gbvs,depth,net.onnx (see `curiosight saliency --help`; depth = the teacher's "
-            "labels, noise where they are unknown).",
+            "bms,gbvs,u2netp,depth,net.onnx (see `curiosight saliency --help`; depth = the "
+            "teacher's labels, noise where they are unknown; u2netp and *.onnx need "
+            "curiosight[onnx]).",
         ),
     ] = "",
     seed: options.Seed = None,
@@ -92,7 +94,7 @@ def evaluate(
             "baselines": _from_anywhere(baselines),
         }
         command = command_again("evaluate", paths, given)
-        write_report(evaluation, metrics, folder, command)
+        write_report(evaluation, evaluation.comparison, metrics, folder, command)
         for failure in failures(evaluation.comparison):
             talk.warn(failure)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
@@ -100,7 +102,7 @@ def evaluate(
     if not evaluation.learner.forest.is_trained:
         talk.warn(NOTHING_LEARNED)
     if metrics["pooled"]["all"]["roc_auc"] is None:
-        talk.warn("no frame shows anything salient, or all of them nothing else: no figures")
+        talk.warn(NO_CLASSES)
     rows = _rows(metrics)
     rows["written to"] = folder.path
     talk.results("evaluate", rows, {**metrics, "out": str(folder.path)})
@@ -132,8 +134,8 @@ def _prepare(
 
 def _from_anywhere(baselines: str) -> str:
     """Return names of baselines with absolute paths of networks."""
-    names = [Path(name) for name in baselines.split(",")]
-    return ",".join(from_anywhere(n) if n.suffix == ".onnx" else str(n) for n in names)
+    names = split_names(baselines)
+    return ",".join(from_anywhere(Path(name)) if is_network(name) else name for name in names)
 
 
 def _draw(scores: MapScores, folder: OutputFolder) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from curiosight.cli.talk import count
+from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, count
 from curiosight.cli.versions import versions
 from curiosight.evaluation import MethodScores
-from curiosight.experiments.comparing import Comparison, Shown
+from curiosight.experiments.comparing import DEPTH, Comparison, Shown
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.comparison import (
@@ -28,6 +29,7 @@ from curiosight.viewing.comparison import (
 # Where a column's figure is found in a method's table.
 _POOLED = ("roc_auc", "average_precision", "best_f1", "f1")
 _FILES = {
+    "roc.png": "the learned map's curves, by what depth could say",
     "metrics.json": "all figures, pooled and per frame, with intervals",
     "table.md, table.tex": "the table, for a text or a paper",
     "figures/": "the curves and the maps, as PNG and SVG",
@@ -38,16 +40,15 @@ _FILES = {
 
 def write_report(
     evaluation: Evaluation | CrossValidation,
+    comparison: Comparison,
     metrics: Mapping[str, Any],
     folder: OutputFolder,
     command: Sequence[str],
 ) -> None:
-    """Write tables, figures, times and report.html of a comparison.
+    """Write tables, figures, times and report.html of an evaluation's comparison.
 
     metrics: what `evaluation.metrics()` returned. command: that makes it again.
     """
-    comparison = evaluation.comparison
-    assert comparison is not None
     times_ms = comparison.times_ms()
     methods = method_results(comparison, metrics["methods"], times_ms)
     wall = [_row(shown, comparison.threshold) for shown in comparison.shown]
@@ -82,11 +83,15 @@ def method_results(
 
     tables, times_ms: what `comparison.metrics()` and `.times_ms()` returned.
     """
-    return [
-        _result(name, scores, tables[name], times_ms.get(name), comparison.ours)
-        for name, scores in comparison.scores.items()
-        if name in tables
-    ]
+    n_frames = tables[comparison.ours]["n_frames"]
+    results = []
+    for name, scores in comparison.scores.items():
+        if name in tables:
+            n_own = tables[name]["n_frames"]
+            title = name if n_own == n_frames else f"{name} ({n_own} of {n_frames} frames)"
+            result = _result(title, scores, tables[name], times_ms.get(name))
+            results.append(replace(result, is_ours=name == comparison.ours))
+    return results
 
 
 def _result(
@@ -94,7 +99,6 @@ def _result(
     scores: MethodScores,
     table: Mapping[str, Any],
     times_ms: Mapping[str, float] | None,
-    ours: str,
 ) -> MethodResult:
     pooled = table["pooled"]
     figures = {key: pooled["all"][key] for key in _POOLED}
@@ -102,11 +106,8 @@ def _result(
     figures |= {f"roc_auc_{part}": numbers["roc_auc"] for part, numbers in pooled.items()}
     return MethodResult(
         name=name,
-        is_ours=name == ours,
-        figures={column.key: figures.get(column.key) for column in COLUMNS},
-        intervals={
-            c.key: table["intervals"][c.key] for c in COLUMNS if c.key in table["intervals"]
-        },
+        figures=_shown_of(figures),
+        intervals=_shown_of(table["intervals"]),
         roc=scores.maps.ranking().roc,
         precision_recall=scores.precision_recall(),
         ms=None if times_ms is None else times_ms["median_ms"],
@@ -125,11 +126,17 @@ def _row(shown: Shown, threshold: float) -> WallRow:
 def _sentence(
     methods: Sequence[MethodResult], comparison: Comparison, metrics: Mapping[str, Any]
 ) -> str:
-    aucs = {method.name: method.figures["roc_auc"] for method in methods}
-    known = {name: auc for name, auc in aucs.items() if auc is not None}
     frames = count(metrics["n_frames"], "frame")
-    text = f"{count(len(methods), 'method')} on the same {frames}, against {metrics['truth']}."
-    ours, others = known.pop(comparison.ours, None), known
+    truth = "what depth says" if metrics["truth"] == "teacher" else metrics["truth"]
+    text = f"{count(len(methods), 'method')} on the same {frames}, against {truth}."
+    aucs = {method.name: method.figures["roc_auc"] for method in methods}
+    others = {
+        name: auc
+        for name, auc in aucs.items()
+        # A method that failed on some frames is called otherwise.
+        if auc is not None and name in comparison.scores and name != comparison.ours
+    }
+    ours = aucs[comparison.ours]
     if ours is None or not others:
         return text
     best = max(others, key=lambda name: others[name])
@@ -158,6 +165,10 @@ def _problems(evaluation: Evaluation | CrossValidation, comparison: Comparison) 
     n_frames = len(evaluation.truth.dataset)
     yield from evaluation.problems.sentences(n_frames, "could not be used")
     yield from failures(comparison)
+    if not evaluation.learner.forest.is_trained:
+        yield NOTHING_LEARNED
+    if evaluation.scores.ranking().roc_auc is None:
+        yield NO_CLASSES
     if evaluation.n_learned:
         tested = count(len(evaluation.truth.indices), "test frame")
         yield f"{evaluation.n_learned} of {tested} were learned from: the scores are too good."
@@ -175,13 +186,18 @@ def _limits(metrics: Mapping[str, Any]) -> Iterator[str]:
             "There was no ground truth: every method was tested against what depth says. Where "
             "that is wrong or silent, this page cannot tell."
         )
+    if DEPTH in metrics["methods"]:
+        yield (
+            "“depth” is what the teacher says of these very frames, noise where it says nothing, "
+            "with what it knows of the whole recording: more than the others are shown."
+        )
     yield (
-        "The learned map has seen this room; the others have not, and cannot learn it. That is "
-        "what is compared, not which method is best on any image."
+        "The learned map was taught by depth where it learned; the others were taught nothing "
+        "there. That is what is compared, not which method is best on any image."
     )
     yield (
-        "F, E, S and weighted F stretch each map to reach from 0 to 1, as is usual; ROC, average "
-        "precision and F1 take the frames together, so they also ask that a map's levels mean "
-        "the same in every frame."
+        "Fβ, E, S, weighted F and MAE stretch each map to reach from 0 to 1, as is usual; ROC, "
+        "average precision and F1 take the frames together, so they also ask that a map's levels "
+        "mean the same in every frame."
     )
     yield "Intervals tell how much other such frames would change a figure, not other rooms."

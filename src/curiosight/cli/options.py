@@ -10,6 +10,13 @@ import typer
 SETTINGS = "Settings"
 OUTPUT = "Output"
 
+
+def absolute_source(teacher: str | None) -> str | None:
+    """Return a teacher's name whose path holds anywhere: it is kept in the run's config.toml."""
+    kind, colon, path = (teacher or "").partition(":")
+    return f"{kind}:{Path(path).absolute()}" if colon and path else teacher
+
+
 Source = Annotated[
     Path,
     typer.Argument(
@@ -57,6 +64,7 @@ Teacher = Annotated[
     typer.Option(
         help="What labels the frames: depth, masks:FOLDER (<id>.png: 255 salient, 0 not, 125 "
         "unknown) or boxes:FILE (a detector's, COCO JSON).",
+        callback=absolute_source,
         rich_help_panel=SETTINGS,
         show_default="depth",
     ),

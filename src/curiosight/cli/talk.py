@@ -17,6 +17,7 @@ NOTHING_LEARNED = (
     "nothing was learned: no frame showed both an object and its surroundings "
     "(see what `curiosight segment` makes of it)"
 )
+NO_CLASSES = "no frame shows anything salient, or all of them nothing else: no figures"
 
 
 class Talk:

@@ -64,9 +64,11 @@ class MethodScores:
     def intervals(self, seed: int) -> dict[str, Interval | None]:
         """Return the 95 % bootstrap intervals over frames of the pooled figures and the measures.
 
-        The same seed draws the same frames for every method that has as many.
+        The same seed draws the same frames for every method that has as many. Frames without a
+        known pixel are none; with fewer than two there is no interval.
         """
-        per_frame = np.array(self._histograms, np.float64)
+        known = [histogram for histogram in self._histograms if histogram.any()]
+        per_frame = np.array(known or np.empty((0, 2, INTERVAL_LEVELS)), np.float64)
         pooled = {
             name: bootstrap_interval(per_frame, statistic, np.random.default_rng(seed))
             for name, statistic in (("roc_auc", roc_auc), ("average_precision", average_precision))
@@ -75,4 +77,5 @@ class MethodScores:
 
     def precision_recall(self) -> Floats:
         """(n, 2): recall and precision over the thresholds, pooled over frames; may be empty."""
-        return precision_recall(np.sum(self._histograms, axis=0))
+        nothing = np.zeros((2, INTERVAL_LEVELS), np.int64)
+        return precision_recall(sum(self._histograms, start=nothing))

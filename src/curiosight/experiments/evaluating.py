@@ -14,7 +14,13 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
-from curiosight.experiments.comparing import Comparison, Judged, choose_methods
+from curiosight.experiments.comparing import (
+    DEPTH,
+    Comparison,
+    Judged,
+    Methods,
+    choose_methods,
+)
 from curiosight.experiments.components import (
     count_learned,
     load_learner,
@@ -46,13 +52,14 @@ class Evaluation:
     def __init__(
         self, config: Config, model: Path, dataset: Dataset, *, baselines: str = ""
     ) -> None:
+        methods = choose_methods(baselines) if baselines else None
         self._model = model
         self.learner, self.config = load_learner(model, config, None)
         has_teacher = dataset.has_depth or config.teacher.source != "depth"
         teacher = make_teacher(config, dataset) if has_teacher else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.n_learned = count_learned(self.learner, dataset, self.truth.indices)
-        self.comparison = _compare(self.config, baselines, self.truth, self.learner)
+        self.comparison = _compare(self.config, methods, self.truth, self.learner)
         self.scores = _scores(self.comparison, config, self.learner)
         self.problems = Problems()
 
@@ -92,6 +99,7 @@ class CrossValidation:
         teacher: Teaches | None = None,
         baselines: str = "",
     ) -> None:
+        methods = choose_methods(baselines) if baselines else None
         self.config = config
         self.dataset = dataset
         rng = np.random.default_rng(config.run.seed)
@@ -100,7 +108,7 @@ class CrossValidation:
         self.n_learned = 0
         self.off_line = OffLine(config, dataset, teacher=teacher)
         self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
-        self.comparison = _compare(config, baselines, self.truth, self.learner)
+        self.comparison = _compare(config, methods, self.truth, self.learner)
         self.scores = _scores(self.comparison, config, self.learner)
         self.problems = self.off_line.problems
 
@@ -137,15 +145,18 @@ class CrossValidation:
 
 
 def _compare(
-    config: Config, baselines: str, truth: Truth, learner: SaliencyLearner
+    config: Config, methods: Methods | None, truth: Truth, learner: SaliencyLearner
 ) -> Comparison | None:
-    if not baselines:
+    if methods is None:
         return None
+    if truth.kind == "teacher" or config.teacher.source != "depth":
+        # What it would be tested against, or not depth.
+        methods = {name: method for name, method in methods.items() if name != DEPTH}
     ids = truth.dataset.ids
     spread = np.linspace(0, len(truth.indices) - 1, min(N_SHOWN, len(truth.indices)))
     return Comparison(
         f"ours ({config.preset})",
-        choose_methods(baselines),
+        methods,
         max_range=config.max_range,
         threshold=learner.threshold,
         seed=config.run.seed,

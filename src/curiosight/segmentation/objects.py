@@ -35,8 +35,15 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
         number.ravel()[thing.members] = thing_number
     carrier = np.array([-1, *(t.support if v is Verdict.OBJECT else -1 for t, v in judged)])
     for place, support in enumerate(around.supports):
-        are_on_it, noise = carrier == place, around.settings.noise
-        join_feet(number, are_on_it, free, support.heights, around.points, noise)
+        join_feet(
+            number,
+            carrier == place,
+            free,
+            support.heights,
+            around.points,
+            slab=support.settings.slab,
+            noise=around.settings.noise,
+        )
     n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
     windows = find_windows(number, max_label=len(judged))
     measured = zip(judged, n_points, windows, strict=True)
