@@ -71,7 +71,7 @@ def results(source: str) -> tuple[list[MethodResult], dict[str, Any]]:
         for result in method_results(comparison, metrics, times):
             if preset == "default" or result.is_ours:
                 table = {**metrics[result.name], "times": times.get(result.name)}
-                table.pop("per_frame")
+                del table["per_frame"], table["mean_per_frame"]
                 tables[result.name] = table
                 methods.append(result)
     return methods, tables
