@@ -19,6 +19,7 @@ from typing import Any
 from curiosight.cli.evaluate_report import method_results
 from curiosight.config import Config
 from curiosight.evaluation import SplitKind
+from curiosight.experiments.comparing import choose_methods
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.learning import OffLine
 from curiosight.viewing.comparison import MethodResult, markdown_table
@@ -38,12 +39,18 @@ weighted F and MAE stretch each map to reach from 0 to 1.
 """
 
 
+def split_of(source: str) -> SplitKind:
+    """Return how a recording's frames are split."""
+    return SPLITS.get(Path(source).name, "frames")
+
+
 def evaluations(source: str, config: Config, baselines: str) -> Evaluation | CrossValidation:
     """Return what judges a recording's maps, ready to run."""
+    methods = choose_methods(baselines)
     if not source.startswith("room:"):
-        split = SPLITS.get(Path(source).name, "frames")
+        split = split_of(source)
         dataset = open_source(Path(source))
-        return CrossValidation(config, dataset, n_folds=N_FOLDS, split=split, baselines=baselines)
+        return CrossValidation(config, dataset, n_folds=N_FOLDS, split=split, methods=methods)
     off_line = OffLine(config, open_source(Path(f"{source},views={N_VIEWS}")))
     for _ in off_line:
         pass
@@ -51,7 +58,7 @@ def evaluations(source: str, config: Config, baselines: str) -> Evaluation | Cro
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "model.npz"
         off_line.fit().save(model)
-        return Evaluation(config, model, moved, baselines=baselines)
+        return Evaluation(config, model, moved, methods=methods)
 
 
 def results(source: str) -> tuple[list[MethodResult], dict[str, Any]]:
@@ -82,8 +89,7 @@ def lines(source: str, methods: list[MethodResult], n_frames: int) -> Iterator[s
     if source.startswith("room:"):
         how = f"learned from {N_VIEWS} views, tested on {n_frames} after its things were moved"
     else:
-        split = SPLITS.get(Path(source).name, "frames")
-        how = f"{N_FOLDS} folds of {split}, {n_frames} frames with ground truth"
+        how = f"{N_FOLDS} folds of {split_of(source)}, {n_frames} frames with ground truth"
     yield f"## {Path(source).name}\n\n{how}\n\n"
     yield markdown_table(methods) + "\n"
 

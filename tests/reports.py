@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 
 import cv2
 import numpy as np
+import pytest
 
 from curiosight.exploration.from_above import seen_from_above
 from curiosight.frame import Label
@@ -28,6 +30,7 @@ from curiosight.viewing.report import (
 )
 from room import ROOM, kinect, poses_around, render
 
+HOSTILE = "</style></title><script>alert('1')</script>\" onload=\"x&amp; 'é\udcff"
 NAMES = ("x0 y0", "x0 y1", "x1 y0")
 SQUARE = np.array([[-3, -3], [3, -3], [3, 3], [-3, 3]], float)
 VIEW = render(kinect(640, 480), poses_around(1)[0])
@@ -153,3 +156,25 @@ def pictures_of(tree: Element) -> Iterator[np.ndarray]:
             assert decoded is not None
             assert (image.get("width"), image.get("height")) == ("480", "360")
             yield decoded[..., ::-1]
+
+
+def hostile_page(path: Path, plain: Element) -> tuple[Element, str]:
+    """Return a written page that calls everything HOSTILE, and that name as it is to be shown.
+
+    plain: the same page with a harmless name, of which it must have the elements.
+    """
+    tree, shown = Page.read(path.read_bytes().decode()), HOSTILE.replace("\udcff", "?")
+    assert [found.tag for found in tree.iter()] == [found.tag for found in plain.iter()]
+    assert text_of(next(tree.iter("title"))) == shown
+    assert any(shown in image.get("alt", "") for image in tree.iter("img"))
+    assert not any("onload" in found.attrib for found in tree.iter())
+    return tree, shown
+
+
+def assert_same_bytes_and_no_word(
+    write: Callable[[Path], None], folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("a.html", "b.html"):
+        write(folder / name)
+    assert (folder / "a.html").read_bytes() == (folder / "b.html").read_bytes()
+    assert capfd.readouterr() == ("", "")

@@ -13,7 +13,7 @@ from curiosight.cli.evaluate_report import failures, write_report
 from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
-from curiosight.experiments.comparing import is_network, split_names
+from curiosight.experiments.comparing import Methods, choose_methods, is_network, split_names
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
@@ -77,7 +77,8 @@ def evaluate(
     )
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
-        evaluation = _prepare(settings, paths, folds, split, ground_truth, baselines)
+        methods = choose_methods(baselines) if baselines else None
+        evaluation = _prepare(settings, paths, folds, split, ground_truth, methods)
         folder.write_text("config.toml", to_toml(evaluation.config))
         talk.introduce(paths[-1], evaluation.truth.dataset)
         with talk.following("evaluate", len(evaluation)) as shown:
@@ -114,7 +115,7 @@ def _prepare(
     folds: int | None,
     split: str | None,
     ground_truth: Path | None,
-    baselines: str,
+    methods: Methods | None,
 ) -> Evaluation | CrossValidation:
     if folds is None:
         if split is not None:
@@ -124,12 +125,12 @@ def _prepare(
         run, source = paths
         model = load_run_model(run)
         dataset = open_source(source, ground_truth=ground_truth)
-        return Evaluation(config, model, dataset, baselines=baselines)
+        return Evaluation(config, model, dataset, methods=methods)
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
     dataset = open_source(paths[0], ground_truth=ground_truth)
     kind = cast(SplitKind, split or "frames")
-    return CrossValidation(config, dataset, n_folds=folds, split=kind, baselines=baselines)
+    return CrossValidation(config, dataset, n_folds=folds, split=kind, methods=methods)
 
 
 def _from_anywhere(baselines: str) -> str:

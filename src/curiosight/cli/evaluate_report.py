@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
-from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, count
+from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, count, scores_are_too_good
 from curiosight.cli.versions import versions
 from curiosight.evaluation import MethodScores
 from curiosight.experiments.comparing import DEPTH, Comparison, Shown
@@ -62,12 +61,12 @@ def write_report(
             draw_wall(wall, folder.file(f"figures/maps.{ending}"))
     report = ComparisonReport(
         title=f"Saliency on {metrics['source']}",
-        sentence=_sentence(methods, comparison, metrics),
+        sentence=_sentence(comparison.ours, metrics),
         methods=methods,
         wall=wall,
         facts=dict(_facts(evaluation, metrics)),
         command=shlex.join(command),
-        problems=list(_problems(evaluation, comparison)),
+        problems=list(_problems(evaluation, comparison, metrics)),
         limits=list(_limits(metrics)),
         files=_FILES,
     )
@@ -89,13 +88,14 @@ def method_results(
         if name in tables:
             n_own = tables[name]["n_frames"]
             title = name if n_own == n_frames else f"{name} ({n_own} of {n_frames} frames)"
-            result = _result(title, scores, tables[name], times_ms.get(name))
-            results.append(replace(result, is_ours=name == comparison.ours))
+            is_ours = name == comparison.ours
+            results.append(_result(title, is_ours, scores, tables[name], times_ms.get(name)))
     return results
 
 
 def _result(
     name: str,
+    is_ours: bool,
     scores: MethodScores,
     table: Mapping[str, Any],
     times_ms: Mapping[str, float] | None,
@@ -106,6 +106,7 @@ def _result(
     figures |= {f"roc_auc_{part}": numbers["roc_auc"] for part, numbers in pooled.items()}
     return MethodResult(
         name=name,
+        is_ours=is_ours,
         figures=_shown_of(figures),
         intervals=_shown_of(table["intervals"]),
         roc=scores.maps.ranking().roc,
@@ -123,26 +124,23 @@ def _row(shown: Shown, threshold: float) -> WallRow:
     return WallRow(shown.id, shown.rgb, shown.truth, shown.maps, threshold)
 
 
-def _sentence(
-    methods: Sequence[MethodResult], comparison: Comparison, metrics: Mapping[str, Any]
-) -> str:
+def _sentence(ours: str, metrics: Mapping[str, Any]) -> str:
+    tables = metrics["methods"]
     frames = count(metrics["n_frames"], "frame")
     truth = "what depth says" if metrics["truth"] == "teacher" else metrics["truth"]
-    text = f"{count(len(methods), 'method')} on the same {frames}, against {truth}."
-    aucs = {method.name: method.figures["roc_auc"] for method in methods}
-    others = {
-        name: auc
-        for name, auc in aucs.items()
-        # A method that failed on some frames is called otherwise.
-        if auc is not None and name in comparison.scores and name != comparison.ours
+    text = f"{count(len(tables), 'method')} on the same {frames}, against {truth}."
+    aucs = {
+        name: table["pooled"]["all"]["roc_auc"]
+        for name, table in tables.items()
+        if table["n_frames"] == metrics["n_frames"]
     }
-    ours = aucs[comparison.ours]
-    if ours is None or not others:
+    if aucs.pop(ours) is None or not aucs:
         return text
-    best = max(others, key=lambda name: others[name])
+    best = max(aucs, key=lambda name: aucs[name])
     return (
-        f"{text} The area under the ROC curve of the learned map is {ours:.3f}; "
-        f"of the best of the others, {best}, {others[best]:.3f}."
+        f"{text} The area under the ROC curve of the learned map is "
+        f"{metrics['pooled']['all']['roc_auc']:.3f}; "
+        f"of the best of the others, {best}, {aucs[best]:.3f}."
     )
 
 
@@ -161,17 +159,18 @@ def _facts(
     yield "versions", ", ".join(versions())
 
 
-def _problems(evaluation: Evaluation | CrossValidation, comparison: Comparison) -> Iterator[str]:
+def _problems(
+    evaluation: Evaluation | CrossValidation, comparison: Comparison, metrics: Mapping[str, Any]
+) -> Iterator[str]:
     n_frames = len(evaluation.truth.dataset)
     yield from evaluation.problems.sentences(n_frames, "could not be used")
     yield from failures(comparison)
     if not evaluation.learner.forest.is_trained:
         yield NOTHING_LEARNED
-    if evaluation.scores.ranking().roc_auc is None:
+    if metrics["pooled"]["all"]["roc_auc"] is None:
         yield NO_CLASSES
     if evaluation.n_learned:
-        tested = count(len(evaluation.truth.indices), "test frame")
-        yield f"{evaluation.n_learned} of {tested} were learned from: the scores are too good."
+        yield scores_are_too_good(evaluation.n_learned, len(evaluation.truth.indices))
 
 
 def failures(comparison: Comparison) -> Iterator[str]:

@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import Any
 
 from curiosight.cli.explore_examples import unseen_examples
-from curiosight.cli.talk import NOTHING_LEARNED, count
+from curiosight.cli.talk import NOTHING_LEARNED, count, scores_are_too_good
 from curiosight.cli.versions import versions
 from curiosight.config import to_toml
 from curiosight.experiments.exploring import Exploration
@@ -203,8 +203,7 @@ def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:
     yield from run.problems.sentences(summary["distinct_frames"], "taught nothing")
     yield from run.test_problems.sentences(len(run.truth.indices), "could not be tested on")
     if run.n_learned:
-        tested = count(len(run.truth.indices), "test frame")
-        yield f"{run.n_learned} of {tested} were learned from: the scores are too good."
+        yield scores_are_too_good(run.n_learned, len(run.truth.indices))
     if not run.learner.forest.is_trained:
         yield NOTHING_LEARNED
 

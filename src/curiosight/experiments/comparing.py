@@ -49,7 +49,7 @@ class Judged:
     true_depth: Depth | None
 
 
-def choose_methods(names: str) -> dict[str, Callable[[Rgb], Saliency] | None]:
+def choose_methods(names: str) -> Methods:
     """Return the methods of a list such as "all,net.onnx" or "bms,gbvs"; None = from depth.
 
     "all" are those of `METHODS`, the teacher's labels with noise where they are unknown ("depth"),

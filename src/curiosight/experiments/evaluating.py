@@ -14,13 +14,7 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import MapScores, SplitKind, make_folds
-from curiosight.experiments.comparing import (
-    DEPTH,
-    Comparison,
-    Judged,
-    Methods,
-    choose_methods,
-)
+from curiosight.experiments.comparing import DEPTH, Comparison, Judged, Methods
 from curiosight.experiments.components import (
     count_learned,
     load_learner,
@@ -45,14 +39,13 @@ class Evaluation:
 
     model: a file that `explore` or `learn` wrote; its features and forest replace those of the
         settings.
-    baselines: to judge on the same frames, see `choose_methods`; "" = none.
+    methods: to judge on the same frames, see `choose_methods`; None = none.
     comparison: of the model with them; None without any.
     """
 
     def __init__(
-        self, config: Config, model: Path, dataset: Dataset, *, baselines: str = ""
+        self, config: Config, model: Path, dataset: Dataset, *, methods: Methods | None = None
     ) -> None:
-        methods = choose_methods(baselines) if baselines else None
         self._model = model
         self.learner, self.config = load_learner(model, config, None)
         has_teacher = dataset.has_depth or config.teacher.source != "depth"
@@ -97,9 +90,8 @@ class CrossValidation:
         n_folds: int,
         split: SplitKind,
         teacher: Teaches | None = None,
-        baselines: str = "",
+        methods: Methods | None = None,
     ) -> None:
-        methods = choose_methods(baselines) if baselines else None
         self.config = config
         self.dataset = dataset
         rng = np.random.default_rng(config.run.seed)

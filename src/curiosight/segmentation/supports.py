@@ -96,8 +96,8 @@ def choose_supports(
     known_tables: are supports even where little or nothing of their tops is in view.
     """
     planes = find_planes(points, up, settings)
-    large = [p for p in planes if p is planes[0] or _is_large(points, p, up, settings)]
     if camera_height is None:
+        large = [p for p in planes if p is planes[0] or _is_large(points, p, up, settings)]
         ordered = sorted(large, key=lambda plane: -plane.offset)
         tables = ordered if scene == "table" else ordered[1:]
         floors = [Support(p, settings.floor, p.distances(points)) for p in ordered[:1]]
@@ -113,7 +113,7 @@ def choose_supports(
     ]
     taken = [table.extent for table in known if table.extent is not None]
     taken += [extent for table, extent in seen if table.is_thing]
-    above = [plane for plane in large if plane.offset < floor.offset - SAME_HEIGHT]
+    above = [plane for plane in planes if plane.offset < floor.offset - SAME_HEIGHT]
     beside = [_beside(plane, taken) for plane in above]
     new = [_table(points, p, settings) for p in beside if _is_large(points, p, up, settings)]
     tables_in_view = sorted([*known, *new], key=lambda support: -support.plane.offset)
