@@ -25,8 +25,8 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from curiosight.baselines import METHODS, Saliency
-from curiosight.baselines.network import SaliencyNetwork, find_u2netp
+from curiosight.evaluation.baselines import METHODS, Saliency
+from curiosight.evaluation.baselines.network import SaliencyNetwork, find_u2netp
 from curiosight.experiments.timing import processor
 from curiosight.frame import Rgb
 

@@ -25,16 +25,16 @@ import mujoco
 import numpy as np
 from stages import processor
 
-from curiosight.worlds.rooms.lighting import lit
-from curiosight.worlds.rooms.mesh import join
-from curiosight.worlds.rooms.mipmaps import mipmaps
-from curiosight.worlds.rooms.renderer import Renderer, ray_directions
-from curiosight.worlds.rooms.room import draw_room
-from curiosight.worlds.rooms.scene import Scene
-from curiosight.worlds.rooms.settings import RoomSettings
-from curiosight.worlds.rooms.shading import Rays, light_table, paint, polish, surfaces
-from curiosight.worlds.rooms.tracing import Hits, RayCaster
-from curiosight.worlds.rooms.views import CAMERA, RoomViews
+from curiosight.rooms.lighting import lit
+from curiosight.rooms.mesh import join
+from curiosight.rooms.mipmaps import mipmaps
+from curiosight.rooms.renderer import Renderer, ray_directions
+from curiosight.rooms.room import draw_room
+from curiosight.rooms.scene import Scene
+from curiosight.rooms.settings import RoomSettings
+from curiosight.rooms.shading import Rays, light_table, paint, polish, surfaces
+from curiosight.rooms.tracing import Hits, RayCaster
+from curiosight.rooms.views import CAMERA, RoomViews
 
 RESULTS = Path(__file__).parent / "results" / "render.json"
 N_PIXELS = CAMERA.width * CAMERA.height

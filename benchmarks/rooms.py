@@ -22,15 +22,15 @@ import numpy as np
 from teacher import write_sheet
 
 from curiosight import load_config, make_teacher
-from curiosight.baselines import Saliency
-from curiosight.baselines.opencv import fine_grained, spectral_residual
 from curiosight.evaluation import MapScores, TeacherCounts, score_frame
+from curiosight.evaluation.baselines import Saliency
+from curiosight.evaluation.baselines.opencv import fine_grained, spectral_residual
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Rgb
-from curiosight.worlds.rooms.room import Room, draw_room
-from curiosight.worlds.rooms.settings import RoomSettings, SensorName
-from curiosight.worlds.rooms.views import Look, RoomViews
+from curiosight.rooms.room import Room, draw_room
+from curiosight.rooms.settings import RoomSettings, SensorName
+from curiosight.rooms.views import Look, RoomViews
 
 Camera = tuple[float, float]  # metres over the floor, degrees down
 

@@ -21,7 +21,7 @@ import numpy as np
 import curiosight as cs
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.exploration.strategies import STRATEGIES
+from curiosight.explorer.strategies import STRATEGIES
 
 RESULTS = Path(__file__).parent / "results"
 SHOWN = (10, 20, 50, 100, 200)

@@ -23,7 +23,7 @@ from curiosight.datasets import open_dataset
 from curiosight.evaluation import TeacherCounts, teacher_counts
 from curiosight.experiments.components import survey_dataset
 from curiosight.frame import Frame, Label
-from curiosight.segmentation import Segmentation, Teacher, Verdict
+from curiosight.teacher import Segmentation, Teacher, Verdict
 
 Labels = npt.NDArray[np.uint8]
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.worlds.rooms.mesh import Mesh
-from curiosight.worlds.rooms.sweet_home import SweetHomeLibrary
+from curiosight.rooms.mesh import Mesh
+from curiosight.rooms.sweet_home import SweetHomeLibrary
 
 Array = npt.NDArray[Any]
 CATALOGUE = """# a comment

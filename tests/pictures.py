@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
-from curiosight.learner import SaliencyLearner
-from curiosight.segmentation import Segmentation
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.teacher import Segmentation
 
 BACKGROUND, RED = (120, 118, 110), (200, 40, 30)
 

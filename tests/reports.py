@@ -14,9 +14,9 @@ import cv2
 import numpy as np
 import pytest
 
-from curiosight.exploration.from_above import seen_from_above
+from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Label
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 from curiosight.viewing.examples import Example
 from curiosight.viewing.report import (
     ExampleGroup,

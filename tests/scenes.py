@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.features import shrink
 from curiosight.frame import Camera, Frame, Pose
+from curiosight.learner.features import shrink
 from room import ROOM, Box, View, kinect, look, render
 
 WALL = Box((0.0, 3.0, 1.25), (12.0, 0.2, 2.5), (190, 190, 170), is_salient=False)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from curiosight.frame import Camera
-from curiosight.worlds.rooms.mesh import Material, Mesh, standing
-from curiosight.worlds.rooms.renderer import Renderer, Rendering
-from curiosight.worlds.rooms.round_shapes import ellipsoid
-from curiosight.worlds.rooms.scene import Light, Part, Role, Scene
-from curiosight.worlds.rooms.shapes import box, panel
+from curiosight.rooms.mesh import Material, Mesh, standing
+from curiosight.rooms.renderer import Renderer, Rendering
+from curiosight.rooms.round_shapes import ellipsoid
+from curiosight.rooms.scene import Light, Part, Role, Scene
+from curiosight.rooms.shapes import box, panel
 
 CAMERA = Camera(64, 48, 60.0, 50.0, 31.5, 23.5)
 

@@ -11,9 +11,9 @@ import zipfile
 import numpy as np
 import pytest
 
-from curiosight import archive
-from curiosight.archive import read_archive, write_archive
 from curiosight.errors import DataError
+from curiosight.learner import archive
+from curiosight.learner.archive import read_archive, write_archive
 
 HEADER = {"features": "paper", "n_trees": 30, "share": 0.7, "names": ["a", "ü"]}
 ARRAYS = {

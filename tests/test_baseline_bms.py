@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from curiosight.baselines.bms import bms, bms_fixation, bms_rliac
-from curiosight.baselines.bms_pami import bms_pami
-from curiosight.baselines.boolean_maps import (
+from curiosight.evaluation.baselines.bms import bms, bms_fixation, bms_rliac
+from curiosight.evaluation.baselines.bms_pami import bms_pami
+from curiosight.evaluation.baselines.boolean_maps import (
     add_maps,
     dilate,
     levels_of,
@@ -22,8 +22,13 @@ from curiosight.baselines.boolean_maps import (
     reach_of,
     thresholds_of,
 )
-from curiosight.baselines.border_jumps import draw_seeds, move_seeds, next_random, start_jumps
-from curiosight.baselines.maps import Saliency, stretched
+from curiosight.evaluation.baselines.border_jumps import (
+    draw_seeds,
+    move_seeds,
+    next_random,
+    start_jumps,
+)
+from curiosight.evaluation.baselines.maps import Saliency, stretched
 from curiosight.frame import Rgb
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 from plain_bms import PlainRandom, border_seeds, plain_attention, surrounded

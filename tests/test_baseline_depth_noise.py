@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curiosight.baselines.depth_noise import depth_noise
+from curiosight.evaluation.baselines.depth_noise import depth_noise
 from curiosight.evaluation.score_histograms import roc_auc, score_histogram
 from curiosight.frame import Label
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from curiosight.baselines.frequency_tuned import cielab, frequency_tuned
+from curiosight.evaluation.baselines.frequency_tuned import cielab, frequency_tuned
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 

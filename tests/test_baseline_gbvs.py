@@ -8,7 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.baselines.gbvs import LONGEST_WALK, closeness_table, gbvs, gbvs_fast, visits
+from curiosight.evaluation.baselines.gbvs import (
+    LONGEST_WALK,
+    closeness_table,
+    gbvs,
+    gbvs_fast,
+    visits,
+)
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 Array = npt.NDArray[Any]

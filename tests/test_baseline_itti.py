@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.baselines.itti import itti, lone_peaks_raised
+from curiosight.evaluation.baselines.itti import itti, lone_peaks_raised
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 Array = npt.NDArray[Any]

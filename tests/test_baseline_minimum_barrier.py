@@ -11,10 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from curiosight.baselines.maps import resized_to
-from curiosight.baselines.minimum_barrier import inside_of_frame, mb, mbplus, scan_barriers
-from curiosight.baselines.reconstruction import open_and_close_by_reconstruction, reconstruct
-from curiosight.baselines.whitening import whitening_of
+from curiosight.evaluation.baselines.maps import resized_to
+from curiosight.evaluation.baselines.minimum_barrier import (
+    inside_of_frame,
+    mb,
+    mbplus,
+    scan_barriers,
+)
+from curiosight.evaluation.baselines.reconstruction import (
+    open_and_close_by_reconstruction,
+    reconstruct,
+)
+from curiosight.evaluation.baselines.whitening import whitening_of
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 METHODS = [mb, mbplus]

@@ -14,9 +14,9 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from curiosight.baselines import network as network_module
-from curiosight.baselines.network import SaliencyNetwork, enlarged, find_u2netp, reduced
 from curiosight.errors import DataError
+from curiosight.evaluation.baselines import network as network_module
+from curiosight.evaluation.baselines.network import SaliencyNetwork, enlarged, find_u2netp, reduced
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 from small_networks import FLOAT16, write_echo, write_network
 
@@ -60,7 +60,8 @@ def test_u2netp_is_none_where_its_package_is_missing(monkeypatch: pytest.MonkeyP
 
 def test_finding_u2netp_imports_nothing_optional() -> None:
     code = (
-        "import sys; from curiosight.baselines.network import find_u2netp; find_u2netp();"
+        "import sys; from curiosight.evaluation.baselines.network import find_u2netp;"
+        "find_u2netp();"
         "sys.exit(bool({'rembg', 'onnxruntime'} & sys.modules.keys()))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

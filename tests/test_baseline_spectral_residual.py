@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.baselines import METHODS, opencv
-from curiosight.baselines.spectral_residual import spectral_residual
+from curiosight.evaluation.baselines import METHODS, opencv
+from curiosight.evaluation.baselines.spectral_residual import spectral_residual
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 

@@ -11,7 +11,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.baselines.vocus2 import vocus2, vocus2_coffee, vocus2_kitchen, vocus2_msra
+from curiosight.evaluation.baselines.vocus2 import (
+    vocus2,
+    vocus2_coffee,
+    vocus2_kitchen,
+    vocus2_msra,
+)
 from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 Array = npt.NDArray[Any]

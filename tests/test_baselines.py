@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curiosight.baselines import METHODS
+from curiosight.evaluation.baselines import METHODS
 from golden_maps import GOLDEN, IMAGES, assert_equals_golden, golden_input
 
 # These methods work on maps that smaller images do not have.

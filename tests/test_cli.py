@@ -12,7 +12,7 @@ import pytest
 import curiosight
 from command import call, files, refusal, succeed
 from curiosight.evaluation import PARTS
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 from recordings import write_folder, write_image, write_osd, write_seven_scenes, write_tum
 
 COMMANDS = ("info", "explore", "learn", "map", "evaluate", "segment")

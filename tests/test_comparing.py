@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.baselines import METHODS
 from curiosight.evaluation import MapScores, MethodScores, ObjectTruth, roc_auc, score_histogram
+from curiosight.evaluation.baselines import METHODS
 from curiosight.experiments import comparing
 from curiosight.experiments.comparing import SHOWN_WIDTH, Comparison, Judged, choose_methods
 from curiosight.frame import Camera, Frame, Label

@@ -17,7 +17,7 @@ from curiosight.config import PRESETS, Config, load_config, to_toml
 from curiosight.errors import DataError
 from curiosight.experiments.components import choose_strategy, make_learner
 from curiosight.frame import Viewpoint
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 
 
 @pytest.fixture

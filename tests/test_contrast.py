@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curiosight.features import (
+from curiosight.learner.features import (
     N_CONTRAST,
     RowsPer,
     SeedsSegmenter,

@@ -12,7 +12,7 @@ import pytest
 from command import call, files, interrupt_at, refusal, succeed
 from curiosight.cli.app import run
 from curiosight.experiments import demonstrating
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -91,7 +91,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_short_table(
 def test_interrupted_before_its_loop_it_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    monkeypatch.setattr("curiosight.worlds.rooms.views.Renderer", lambda *_, **__: None)
+    monkeypatch.setattr("curiosight.rooms.views.Renderer", lambda *_, **__: None)
     interrupt_at(monkeypatch, demonstrating, "Exploration")
     outcome = call(capsys, "demo", "--seed", "3", "--out", tmp_path / "out")
     assert outcome.status == 130

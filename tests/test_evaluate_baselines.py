@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from command import files, refusal, succeed
-from curiosight.baselines import Saliency
 from curiosight.cli.evaluate_report import failures, method_results
+from curiosight.evaluation.baselines import Saliency
 from curiosight.experiments.comparing import Comparison, Judged
 from curiosight.frame import Frame, Rgb
 from recordings import write_folder

@@ -17,11 +17,11 @@ from curiosight.experiments.components import make_learner, make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth
-from curiosight.exploration import STRATEGIES, Chronological, Iac, make_strategy
 from curiosight.explore import Step, explore
+from curiosight.explorer import STRATEGIES, Chronological, Iac, make_strategy
 from curiosight.frame import Viewpoint
-from curiosight.learner import SaliencyLearner
-from curiosight.segmentation import Teacher, survey_recording
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.teacher import Teacher, survey_recording
 from room_world import RoomRecording, room_world
 
 VIEWS = [Viewpoint(index=10 + number, region=number % 3) for number in range(5)]

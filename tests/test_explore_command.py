@@ -15,7 +15,7 @@ from curiosight.cli.app import run
 from curiosight.config import Config, ForestConfig, LearnerConfig
 from curiosight.errors import DataError
 from curiosight.experiments.components import load_learner, make_learner
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 from recordings import write_folder, write_osd
 
 Capsys = pytest.CaptureFixture[str]

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.baselines.dkl_colour import dkl_colour
-from curiosight.baselines.feature_channels import (
+from curiosight.evaluation.baselines.dkl_colour import dkl_colour
+from curiosight.evaluation.baselines.feature_channels import (
     attenuated_border,
     gabor_energy,
     halved,

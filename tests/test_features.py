@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curiosight.features import (
+from curiosight.learner.features import (
     N_FEATURES,
     SeedsSegmenter,
     describe,
     describe_pixels,
     describe_superpixels,
 )
-from curiosight.features.colour import superpixel_means
+from curiosight.learner.features.colour import superpixel_means
 from pictures import noise_in_blocks
 from scenes import photograph
 

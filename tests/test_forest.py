@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curiosight.forest import Forest
-from curiosight.forest_kernels import add_votes, draw_points, find_cut, grow_tree
+from curiosight.learner.forest import Forest
+from curiosight.learner.forest_kernels import add_votes, draw_points, find_cut, grow_tree
 
 MASK = 2**64 - 1
 

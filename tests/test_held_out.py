@@ -10,9 +10,9 @@ from curiosight.evaluation import HeldOut
 from curiosight.evaluation.held_out import GRID
 from curiosight.experiments.components import make_learner
 from curiosight.frame import Label
-from curiosight.learner import SaliencyLearner, fit_labels
+from curiosight.learner.learner import SaliencyLearner, fit_labels
 from curiosight.metrics import f1_error
-from curiosight.segmentation import Teacher, survey_recording
+from curiosight.teacher import Teacher, survey_recording
 from room_world import RoomRecording
 
 

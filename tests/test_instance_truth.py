@@ -9,8 +9,8 @@ import pytest
 
 from curiosight.datasets import KnowsInstances, Osd, open_dataset
 from curiosight.errors import DataError
-from curiosight.worlds.rooms.truth import draw_instances
-from curiosight.worlds.rooms.views import RoomViews
+from curiosight.rooms.truth import draw_instances
+from curiosight.rooms.views import RoomViews
 from recordings import annotation, truncate, write_folder, write_image, write_osd
 from test_room_truth import BOWL, FLOOR, HUGE, MUG, NOTHING, ON_SHELF, PARTS, TABLE, TINY
 

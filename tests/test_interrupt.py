@@ -14,7 +14,7 @@ import pytest
 import curiosight_command
 from command import Outcome, call, files, interrupt_at
 from curiosight.cli.interrupt import CtrlC
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 
 Capsys = pytest.CaptureFixture[str]
 pytestmark = pytest.mark.usefixtures("ctrl_c_as_usual")

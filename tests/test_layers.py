@@ -12,27 +12,36 @@ import curiosight
 
 ROWS = (
     {"frame", "errors", "files"},
-    {
-        "datasets",
-        "segmentation",
-        "features",
-        "forest_kernels",
-        "forest",
-        "metrics",
-        "baselines",
-        "archive",
-    },
-    {"learner", "teachers", "exploration", "worlds", "sklearn_estimator"},
-    {"explore", "evaluation", "config", "proposals"},
+    {"metrics"},
+    {"datasets", "rooms"},
+    {"teacher"},
+    {"learner"},
+    {"explorer", "worlds"},
+    {"evaluation", "explore", "config"},
     {"experiments", "viewing"},
     {"cli"},
     {"__main__"},
 )
 ROW_OF = {part: row for row, parts in enumerate(ROWS) for part in parts}
-WITHIN = {("forest", "forest_kernels"), ("files", "errors")}  # one part in two files
+WITHIN = {("files", "errors")}  # one part in two files
+# Inside the teacher: a depth image goes down one staircase, and no value comes back up.
+STAIRS = (
+    {"settings", "cloud"},
+    {"supports"},
+    {"walls"},
+    {"things"},
+    {"background", "segmented"},
+    {"confidence"},
+    {"teacher", "paper"},
+    {"memory", "given"},
+)
+STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
+MAX_ROOMS, MAX_ARROWS = 20, 90
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy"}
 
 ROOT = Path(curiosight.__file__).parent
+COMMAND = ROOT.parent / "curiosight_command.py"
+REPOSITORY = Path(__file__).parent.parent
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
 
 
@@ -85,23 +94,57 @@ def test_module_imports_only_from_lower_rows(module: Path) -> None:
 
 @pytest.mark.parametrize("module", MODULES, ids=str)
 def test_optional_packages_are_imported_at_use(module: Path) -> None:
-    if module == Path("sklearn_estimator.py"):
+    if module == Path("learner/sklearn_estimator.py"):
         return
     tree = ast.parse((ROOT / module).read_text("utf-8"))
     names = {name.split(".")[0] for name in imported(run_at_import(tree), module)}
     assert names & OPTIONAL == set()
 
 
+@pytest.mark.parametrize("module", [m for m in MODULES if m.parts[0] == "teacher"], ids=str)
+def test_teacher_is_one_staircase(module: Path) -> None:
+    stair = module.parts[1].removesuffix(".py")
+    if stair == "__init__":
+        return
+    assert stair in STAIR_OF, f"teacher/{stair} has no place on the stairs"
+    names = imported(ast.walk(ast.parse((ROOT / module).read_text("utf-8"))), module)
+    used = {name.split(".")[2] for name in names if name.startswith("curiosight.teacher.")}
+    assert {other for other in used - {stair} if STAIR_OF[other] > STAIR_OF[stair]} == set()
+    assert "curiosight.teacher" not in {name.rpartition(".")[0] for name in names}
+
+
+def test_house_is_small_enough_to_know() -> None:
+    """Rooms are package folders and top-level files, benchmarks and the entry files among them."""
+    sources = {part_of(module): set[str]() for module in MODULES}
+    for module in MODULES:
+        names = imported(ast.walk(ast.parse((ROOT / module).read_text("utf-8"))), module)
+        sources[part_of(module)] |= rooms_named(names)
+    beside = {"benchmarks": REPOSITORY / "benchmarks", "command": COMMAND}
+    for room, place in beside.items():
+        sources[room] = set()
+        for path in [place] if place.is_file() else place.glob("*.py"):
+            names = imported(ast.walk(ast.parse(path.read_text("utf-8"))), Path(path.name))
+            sources[room] |= rooms_named(names)
+    arrows = {(room, other) for room, used in sources.items() for other in used - {room}}
+    assert len(sources) <= MAX_ROOMS
+    assert len(arrows) <= MAX_ARROWS
+
+
+def rooms_named(names: set[str]) -> set[str]:
+    inside = {name.split(".")[1] for name in names if name.startswith("curiosight.")}
+    return {name if name in ROW_OF else "__init__" for name in inside}
+
+
 @pytest.mark.parametrize(
     ("module", "source", "expected"),
     [
         ("metrics.py", "from curiosight.learner import SaliencyLearner", {"learner"}),
-        ("worlds/replay.py", "from curiosight.exploration.regions import Regions", {"exploration"}),
+        ("worlds/replay.py", "from curiosight.explorer.regions import Regions", {"explorer"}),
         ("worlds/replay.py", "from ..explore import explore", {"explore"}),
         ("worlds/replay.py", "def f():\n    import curiosight.cli", {"cli"}),
         ("worlds/replay.py", "from curiosight import cli, frame", {"cli"}),
         ("worlds/replay.py", "from .world import World\nimport numpy", set()),
-        ("forest.py", "from curiosight.forest_kernels import grow", set()),
+        ("learner/forest.py", "from curiosight.learner.forest_kernels import grow", set()),
     ],
 )
 def test_upward_imports_are_found(module: str, source: str, expected: set[str]) -> None:

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from curiosight.features import N_FEATURES, RowsPer
-from curiosight.forest import Forest
 from curiosight.frame import Frame, Label
-from curiosight.learner import Description, SaliencyLearner, fit_labels
+from curiosight.learner.features import N_FEATURES, RowsPer
+from curiosight.learner.forest import Forest
+from curiosight.learner.learner import Description, SaliencyLearner, fit_labels
 from curiosight.metrics import f1_error
-from curiosight.segmentation import Segmentation, Teacher
+from curiosight.teacher import Segmentation, Teacher
 from pictures import RedThings, make_learner, picture, taught
 
 ROWS_PER = pytest.mark.parametrize("rows_per", get_args(RowsPer))

@@ -16,8 +16,8 @@ from curiosight import open_dataset
 from curiosight.config import PRESETS, Config
 from curiosight.experiments.components import make_learner, make_teacher, survey_dataset
 from curiosight.experiments.timing import Timing
-from curiosight.segmentation import PaperTeacher, Teacher, TemporalTeacher
-from curiosight.teachers import MaskTeacher
+from curiosight.teacher import PaperTeacher, Teacher, TemporalTeacher
+from curiosight.teacher.given import MaskTeacher
 from recordings import truncate, write_folder
 
 Capsys = pytest.CaptureFixture[str]

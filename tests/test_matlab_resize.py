@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from curiosight.baselines.matlab_resize import bicubic
+from curiosight.evaluation.baselines.matlab_resize import bicubic
 
 
 @pytest.mark.parametrize("size", [(30, 40), (24, 32), (60, 80), (97, 131), (240, 320)])

@@ -8,11 +8,11 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from curiosight.archive import read_archive, write_archive
 from curiosight.errors import DataError
-from curiosight.features import RowsPer
-from curiosight.forest import Forest
-from curiosight.learner import KIND, SaliencyLearner
+from curiosight.learner.archive import read_archive, write_archive
+from curiosight.learner.features import RowsPer
+from curiosight.learner.forest import Forest
+from curiosight.learner.learner import KIND, SaliencyLearner
 from pictures import RedThings, make_learner, picture, taught
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curiosight.exploration.progress import ProgressMeter, choice_probabilities, learning_progress
+from curiosight.explorer.progress import ProgressMeter, choice_probabilities, learning_progress
 
 errors_lists = st.lists(st.floats(0, 1), min_size=2, max_size=60)
 progress_lists = st.lists(st.none() | st.floats(-1, 1), min_size=1, max_size=20)

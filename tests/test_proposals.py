@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from command import call, refusal, succeed
-from curiosight.proposals import consistency, propose, run_lengths, to_coco
+from curiosight.evaluation.proposals import consistency, propose, run_lengths, to_coco
 
 INSTANCES = np.zeros((40, 60), np.uint16)
 INSTANCES[5:15, 10:30] = 1

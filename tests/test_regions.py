@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curiosight.errors import DataError
-from curiosight.exploration.from_above import seen_from_above
-from curiosight.exploration.regions import (
+from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.regions import (
     file_regions,
     make_regions,
     pose_regions,

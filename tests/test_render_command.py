@@ -11,8 +11,8 @@ from command import call, interrupt_at, refusal, succeed
 from curiosight.datasets import check_dataset, open_dataset
 from curiosight.datasets.seven_scenes import COLOUR_FROM_DEPTH_METRES
 from curiosight.experiments import rendering
+from curiosight.rooms.views import RoomViews
 from curiosight.worlds import open_source
-from curiosight.worlds.rooms.views import RoomViews
 
 Capsys = pytest.CaptureFixture[str]
 ROOM = "room:5,sensor=perfect,views=3"

@@ -12,9 +12,9 @@ import pytest
 
 from command import succeed
 from curiosight.errors import DataError
-from curiosight.exploration.from_above import seen_from_above
+from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Label
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 from curiosight.viewing.overlays import overlay_labels, overlay_saliency
 from curiosight.viewing.report import (
     ExampleGroup,

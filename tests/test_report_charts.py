@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curiosight.exploration.from_above import FromAbove
+from curiosight.explorer.from_above import FromAbove
 from curiosight.viewing.report import (
     Report,
     RoomMap,

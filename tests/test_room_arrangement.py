@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.arrangement import (
+from curiosight.rooms.arrangement import (
     Arrangement,
     Surface,
     Thing,
@@ -15,11 +15,11 @@ from curiosight.worlds.rooms.arrangement import (
     draw_kinds,
     rearranged,
 )
-from curiosight.worlds.rooms.mesh import Material, Mesh, standing
-from curiosight.worlds.rooms.plan import FloorPlan
-from curiosight.worlds.rooms.scene import Role
-from curiosight.worlds.rooms.shapes import box
-from curiosight.worlds.rooms.things.kind import Kind
+from curiosight.rooms.mesh import Material, Mesh, standing
+from curiosight.rooms.plan import FloorPlan
+from curiosight.rooms.scene import Role
+from curiosight.rooms.shapes import box
+from curiosight.rooms.things.kind import Kind
 
 GREY = Material(np.full((2, 2, 3), 128, np.uint8))
 OUTLINE = np.array([(0, 0), (6, 0), (6, 2), (3, 2), (3, 5), (0, 5)], float)

@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.datasets.decoding import read_rgb
-from curiosight.worlds.rooms import colour_sensor
-from curiosight.worlds.rooms.colour_sensor import RESPONSE, Look, develop, draw_look, expose
+from curiosight.rooms import colour_sensor
+from curiosight.rooms.colour_sensor import RESPONSE, Look, develop, draw_look, expose
 
 Array = npt.NDArray[Any]
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.frame import Camera
-from curiosight.worlds.rooms import depth_sensor
-from curiosight.worlds.rooms.depth_sensor import INVERSE_STEP, kinect_depth
+from curiosight.rooms import depth_sensor
+from curiosight.rooms.depth_sensor import INVERSE_STEP, kinect_depth
 
 Array = npt.NDArray[Any]
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from curiosight.frame import is_rigid
-from curiosight.worlds.rooms.arrangement import corners
-from curiosight.worlds.rooms.free_space import ROBOT_RADIUS, FreeSpace
-from curiosight.worlds.rooms.viewpoints import camera_pose, distance_to_wall, draw_poses
+from curiosight.rooms.arrangement import corners
+from curiosight.rooms.free_space import ROBOT_RADIUS, FreeSpace
+from curiosight.rooms.viewpoints import camera_pose, distance_to_wall, draw_poses
 
 SQUARE = corners(np.array([0.0, 0.0, 4.0, 4.0]))
 L_SHAPE = np.array([(0, 0), (6, 0), (6, 2), (2, 2), (2, 6), (0, 6)], float)

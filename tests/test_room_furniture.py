@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.furniture import (
+from curiosight.rooms.furniture import (
     Furniture,
     Placed,
     kitchen,
@@ -15,7 +15,7 @@ from curiosight.worlds.rooms.furniture import (
     storage,
     tables,
 )
-from curiosight.worlds.rooms.scene import Role
+from curiosight.rooms.scene import Role
 
 # Draws of each kind of furniture, and the heights between which its highest top lies.
 KINDS: dict[Callable[[np.random.Generator], Furniture], tuple[float, float] | None] = {

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.light_rays import share_of_view
-from curiosight.worlds.rooms.lighting import lit
-from curiosight.worlds.rooms.mesh import join
-from curiosight.worlds.rooms.mipmaps import LINEAR_OF_SRGB
-from curiosight.worlds.rooms.renderer import Renderer
-from curiosight.worlds.rooms.scene import Light
-from curiosight.worlds.rooms.shapes import box, panel
-from curiosight.worlds.rooms.tracing import RayCaster
+from curiosight.rooms.light_rays import share_of_view
+from curiosight.rooms.lighting import lit
+from curiosight.rooms.mesh import join
+from curiosight.rooms.mipmaps import LINEAR_OF_SRGB
+from curiosight.rooms.renderer import Renderer
+from curiosight.rooms.scene import Light
+from curiosight.rooms.shapes import box, panel
+from curiosight.rooms.tracing import RayCaster
 from small_scenes import (
     CAMERA,
     WHITE,

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curiosight.frame import is_rigid
-from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
+from curiosight.rooms.plan import FloorPlan, draw_plan
 
 SQUARE = np.array([(0, 0), (4, 0), (4, 4), (0, 4)], float)
 L_SHAPE = np.array([(0, 0), (6, 0), (6, 2), (3, 2), (3, 5), (0, 5)], float)

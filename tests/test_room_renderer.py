@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.renderer import Renderer, Rendering
-from curiosight.worlds.rooms.scene import Scene
-from curiosight.worlds.rooms.shapes import box, panel
+from curiosight.rooms.renderer import Renderer, Rendering
+from curiosight.rooms.scene import Scene
+from curiosight.rooms.shapes import box, panel
 from small_scenes import (
     CAMERA,
     WHITE,

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from curiosight.frame import Camera
-from curiosight.worlds.rooms.mesh import Material, Mesh, standing
-from curiosight.worlds.rooms.renderer import Renderer
-from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe
-from curiosight.worlds.rooms.scene import Part, Role, Scene
-from curiosight.worlds.rooms.shapes import box, panel
+from curiosight.rooms.mesh import Material, Mesh, standing
+from curiosight.rooms.renderer import Renderer
+from curiosight.rooms.round_shapes import cylinder, ellipsoid, lathe
+from curiosight.rooms.scene import Part, Role, Scene
+from curiosight.rooms.shapes import box, panel
 
 if "CURIOSIGHT_TEST_DATA" in os.environ:
     import mujoco

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from curiosight.worlds.rooms.settings import RoomSettings, is_room, parse_room
+from curiosight.rooms.settings import RoomSettings, is_room, parse_room
 
 
 def test_a_seed_alone_is_the_papers_robot() -> None:

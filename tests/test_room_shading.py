@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.light_mesh import cut, uncut
-from curiosight.worlds.rooms.lighting import lit
-from curiosight.worlds.rooms.mesh import Material, join
-from curiosight.worlds.rooms.mipmaps import LINEAR_OF_SRGB, N_LEVELS, mipmaps, trilinear
-from curiosight.worlds.rooms.renderer import Renderer
-from curiosight.worlds.rooms.shading import Rays, leaf, light_table, paint, polish, surfaces
-from curiosight.worlds.rooms.shapes import panel
-from curiosight.worlds.rooms.tracing import RayCaster
+from curiosight.rooms.light_mesh import cut, uncut
+from curiosight.rooms.lighting import lit
+from curiosight.rooms.mesh import Material, join
+from curiosight.rooms.mipmaps import LINEAR_OF_SRGB, N_LEVELS, mipmaps, trilinear
+from curiosight.rooms.renderer import Renderer
+from curiosight.rooms.shading import Rays, leaf, light_table, paint, polish, surfaces
+from curiosight.rooms.shapes import panel
+from curiosight.rooms.tracing import RayCaster
 from small_scenes import (
     CAMERA,
     WHITE,

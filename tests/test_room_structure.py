@@ -13,14 +13,14 @@ from embreex.rtcore_scene import EmbreeScene
 from scipy import ndimage
 
 from curiosight.frame import is_rigid
-from curiosight.worlds.rooms.furniture import (
+from curiosight.rooms.furniture import (
     Placed,
     furnish,
 )
-from curiosight.worlds.rooms.mesh import Mesh, join
-from curiosight.worlds.rooms.plan import FloorPlan, draw_plan
-from curiosight.worlds.rooms.scene import Part, Role
-from curiosight.worlds.rooms.shell import Shell, draw_shell
+from curiosight.rooms.mesh import Mesh, join
+from curiosight.rooms.plan import FloorPlan, draw_plan
+from curiosight.rooms.scene import Part, Role
+from curiosight.rooms.shell import Shell, draw_shell
 
 SEEDS = range(5)
 # Handles, and a worktop's tap, may stick out of the size that counts on the floor.

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms import pictures, prints, textures
-from curiosight.worlds.rooms.mesh import Texture
-from curiosight.worlds.rooms.noise import mixed, noise, shaded
+from curiosight.rooms import pictures, prints, textures
+from curiosight.rooms.mesh import Texture
+from curiosight.rooms.noise import mixed, noise, shaded
 
 COLOUR = np.array((150, 110, 70), np.uint8)
 COLOURS = [COLOUR, np.array((40, 90, 150), np.uint8), np.array((220, 210, 190), np.uint8)]

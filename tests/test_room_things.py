@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.worlds.rooms.mesh import Material, Mesh
-from curiosight.worlds.rooms.round_shapes import cylinder, ellipsoid, lathe, ring, tube
-from curiosight.worlds.rooms.shapes import box, disc, extrude, panel, rounded_box
-from curiosight.worlds.rooms.surfaces import arc, scaled, sheet, turned, warped
-from curiosight.worlds.rooms.things import KINDS, Kind
+from curiosight.rooms.mesh import Material, Mesh
+from curiosight.rooms.round_shapes import cylinder, ellipsoid, lathe, ring, tube
+from curiosight.rooms.shapes import box, disc, extrude, panel, rounded_box
+from curiosight.rooms.surfaces import arc, scaled, sheet, turned, warped
+from curiosight.rooms.things import KINDS, Kind
 
 GREY = Material(np.full((2, 2, 3), 128, np.uint8))
 SEEDS = (1, 2, 3)

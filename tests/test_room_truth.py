@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms.mesh import Material, Mesh
-from curiosight.worlds.rooms.scene import Part, Role
-from curiosight.worlds.rooms.truth import draw_truth, object_ids
+from curiosight.rooms.mesh import Material, Mesh
+from curiosight.rooms.scene import Part, Role
+from curiosight.rooms.truth import draw_truth, object_ids
 
 PLAIN = Material(np.zeros((1, 1, 3), np.uint8))
 

@@ -12,15 +12,15 @@ import pytest
 
 from curiosight.datasets import check_dataset
 from curiosight.errors import DataError
-from curiosight.exploration import Chronological, make_regions
+from curiosight.explorer import Chronological, make_regions
 from curiosight.frame import Label, Viewpoint
+from curiosight.rooms.room import Room, draw_room
+from curiosight.rooms.scene import Role
+from curiosight.rooms.settings import RoomSettings
+from curiosight.rooms.viewpoints import camera_pose
+from curiosight.rooms.views import RoomViews
 from curiosight.worlds import check_world, open_source
 from curiosight.worlds.room_world import RoomWorld
-from curiosight.worlds.rooms.room import Room, draw_room
-from curiosight.worlds.rooms.scene import Role
-from curiosight.worlds.rooms.settings import RoomSettings
-from curiosight.worlds.rooms.viewpoints import camera_pose
-from curiosight.worlds.rooms.views import RoomViews
 
 SETTINGS = RoomSettings(seed=5, views=24)
 DOCS = Path(__file__).parent.parent / "docs/rooms.md"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from command import files, refusal, succeed
-from curiosight.baselines import METHODS
+from curiosight.evaluation.baselines import METHODS
 from golden_maps import GOLDEN
 
 Capsys = pytest.CaptureFixture[str]

@@ -16,7 +16,7 @@ from command import call, files, interrupt_at, refusal, succeed
 from curiosight.evaluation import score_frame
 from curiosight.experiments.scoring import COLUMNS, Scoring
 from curiosight.frame import Frame, Label
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 from curiosight.viewing.mistakes import CUT, INVENTED, MISSED, RIGHT, overlay_mistakes
 from recordings import truncate, write_folder, write_image, write_osd
 

@@ -16,8 +16,8 @@ pytest.importorskip("sklearn")
 from sklearn.datasets import make_classification
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from curiosight import sklearn_estimator
-from curiosight.sklearn_estimator import OnlineForestClassifier
+from curiosight.learner import sklearn_estimator
+from curiosight.learner.sklearn_estimator import OnlineForestClassifier
 
 
 @parametrize_with_checks([OnlineForestClassifier(n_trees=8)])
@@ -78,5 +78,5 @@ def test_missing_scikit_learn_names_the_extra(monkeypatch):
 
 
 def test_the_forest_itself_does_without_scikit_learn():
-    code = "import sys, curiosight.forest; sys.exit('sklearn' in sys.modules)"
+    code = "import sys, curiosight.learner.forest; sys.exit('sklearn' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

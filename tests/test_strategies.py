@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from curiosight.exploration.check import check_strategy
-from curiosight.exploration.strategies import (
+from curiosight.explorer.check import check_strategy
+from curiosight.explorer.strategies import (
     STRATEGIES,
     Chronological,
     Iac,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.features import (
+from curiosight.learner.features import (
     SeedsSegmenter,
     shrink,
 )

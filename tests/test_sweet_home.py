@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from curiosight.worlds.rooms import RoomSettings, room
-from curiosight.worlds.rooms.sweet_home import SweetHomeLibrary
-from curiosight.worlds.rooms.sweet_home.materials import image_size
-from curiosight.worlds.rooms.sweet_home.wavefront import (
+from curiosight.rooms import RoomSettings, room
+from curiosight.rooms.sweet_home import SweetHomeLibrary
+from curiosight.rooms.sweet_home.materials import image_size
+from curiosight.rooms.sweet_home.wavefront import (
     count_triangles,
 )
 from furniture_library import (

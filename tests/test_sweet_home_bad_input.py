@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from curiosight.errors import DataError
-from curiosight.worlds.rooms.sweet_home import untrusted_zip
-from curiosight.worlds.rooms.sweet_home.materials import read_texture
-from curiosight.worlds.rooms.sweet_home.wavefront import (
+from curiosight.rooms.sweet_home import untrusted_zip
+from curiosight.rooms.sweet_home.materials import read_texture
+from curiosight.rooms.sweet_home.wavefront import (
     ModelError,
     read_mtl,
     read_obj,

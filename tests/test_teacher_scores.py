@@ -15,7 +15,7 @@ from curiosight.evaluation import (
     whole_objects,
 )
 from curiosight.frame import Frame, Label
-from curiosight.segmentation import Cluster, Segmentation, Verdict
+from curiosight.teacher import Cluster, Segmentation, Verdict
 
 Labels = npt.NDArray[np.uint8]
 SIZE = (60, 80)

@@ -11,7 +11,7 @@ from curiosight.datasets import check_dataset
 from curiosight.errors import DataError
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth
-from curiosight.segmentation import Teacher, survey_recording
+from curiosight.teacher import Teacher, survey_recording
 from room_world import RoomRecording
 
 

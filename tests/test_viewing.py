@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curiosight.errors import DataError
-from curiosight.exploration import make_regions
-from curiosight.exploration.progress import moving_mean
+from curiosight.explorer import make_regions
+from curiosight.explorer.progress import moving_mean
 from curiosight.frame import Label
 from curiosight.metrics import Scores
-from curiosight.segmentation import Cluster, Segmentation, Verdict
+from curiosight.teacher import Cluster, Segmentation, Verdict
 from curiosight.viewing.examples import Example, examples
 from curiosight.viewing.figures import (
     learning_curve,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from curiosight.datasets.recording import Dataset
-from curiosight.exploration.regions import time_regions
-from curiosight.exploration.strategies import Chronological, Iac
+from curiosight.explorer.regions import time_regions
+from curiosight.explorer.strategies import Chronological, Iac
 from curiosight.frame import Frame, Pose, Viewpoint
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld

@@ -10,11 +10,11 @@ from curiosight.config import load_config
 from curiosight.datasets import check_dataset, open_dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import make_learner, make_teacher
-from curiosight.exploration import check_strategy, make_regions, make_strategy
 from curiosight.explore import explore
+from curiosight.explorer import check_strategy, make_regions, make_strategy
 from curiosight.frame import Camera, Frame, Label, Viewpoint
-from curiosight.learner import SaliencyLearner
-from curiosight.segmentation import Teacher
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.teacher import Teacher
 from curiosight.worlds import ReplayWorld, check_world
 
 __version__ = "0.1.0"

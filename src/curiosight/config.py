@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from curiosight.errors import DataError
-from curiosight.exploration.progress import Negative, Undefined
-from curiosight.exploration.regions import OrientationSplit, PositionSplit
-from curiosight.exploration.strategies import Over
-from curiosight.features import ColourSpace, RowsPer
-from curiosight.segmentation import PaperSettings, SegmentationSettings
+from curiosight.explorer.progress import Negative, Undefined
+from curiosight.explorer.regions import OrientationSplit, PositionSplit
+from curiosight.explorer.strategies import Over
+from curiosight.learner.features import ColourSpace, RowsPer
+from curiosight.teacher import PaperSettings, SegmentationSettings
 
 Preset = Literal["default", "paper"]
 PRESETS: tuple[Preset, ...] = get_args(Preset)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from curiosight.exploration import Strategy
+from curiosight.explorer import Strategy
 from curiosight.frame import Viewpoint
-from curiosight.learner import Observation, SaliencyLearner
+from curiosight.learner.learner import Observation, SaliencyLearner
 from curiosight.worlds import World
 
 

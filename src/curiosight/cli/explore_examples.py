@@ -9,9 +9,9 @@ from curiosight.datasets.recording import GroundTruth
 from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
 from curiosight.explore import Step
-from curiosight.learner import Teaches
+from curiosight.learner.learner import Teaches
+from curiosight.rooms import RoomViews
 from curiosight.viewing.examples import Example
-from curiosight.worlds.rooms import RoomViews
 
 N_TEST_EXAMPLES = 3
 

@@ -14,7 +14,8 @@ from curiosight.cli.versions import versions
 from curiosight.config import to_toml
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.exploration.from_above import seen_from_above
+from curiosight.explorer.from_above import seen_from_above
+from curiosight.rooms import RoomViews
 from curiosight.viewing.examples import Example
 from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.figures import learning_curve, time_per_region
@@ -28,7 +29,6 @@ from curiosight.viewing.report import (
     Results,
     RoomMap,
 )
-from curiosight.worlds.rooms import RoomViews
 
 UP = (0, 0, 1)  # of drawn rooms
 N_LOOKS = 10  # that the errors at first and at the end are means of

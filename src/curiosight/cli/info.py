@@ -12,7 +12,7 @@ from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import choose_regions, survey_dataset
-from curiosight.segmentation import Survey
+from curiosight.teacher import Survey
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 

@@ -13,7 +13,7 @@ from curiosight.config import load_config
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.mapping import Mapping
 from curiosight.experiments.output import OutputFolder
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
 from curiosight.worlds.sources import open_source

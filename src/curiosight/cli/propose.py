@@ -14,7 +14,7 @@ from curiosight.config import load_config, to_toml
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.proposing import Proposing
-from curiosight.learner import SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 

@@ -15,8 +15,8 @@ from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, views_from
+from curiosight.rooms import RoomViews, draw_room, is_room, parse_room
 from curiosight.viewing.live import announce_compilation
-from curiosight.worlds.rooms import RoomViews, draw_room, is_room, parse_room
 
 
 def render(

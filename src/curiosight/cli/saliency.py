@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from curiosight.baselines import METHODS
 from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
+from curiosight.evaluation.baselines import METHODS
 from curiosight.experiments.mapping import Mapping
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.live import announce_compilation

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label, Rgb
-from curiosight.learner import Labels, SaliencyLearner, fit_labels
+from curiosight.learner.learner import Labels, SaliencyLearner, fit_labels
 
 # The authors score a grid of pixels too: their code shrinks maps and labels before comparing.
 GRID = 4

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label
-from curiosight.segmentation import REASONS, Segmentation
-from curiosight.segmentation.segmented import ALONE
+from curiosight.teacher import REASONS, Segmentation
+from curiosight.teacher.segmented import ALONE
 
 Labels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]

@@ -25,7 +25,7 @@ from curiosight.evaluation.teacher_counts import (
     whole_objects,
 )
 from curiosight.frame import Frame, Label
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,13 +12,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.baselines import METHODS, Saliency
-from curiosight.baselines.depth_noise import depth_noise
-from curiosight.baselines.network import U2NETP_PACKAGE, SaliencyNetwork, find_u2netp
 from curiosight.evaluation import MethodScores, ObjectTruth
+from curiosight.evaluation.baselines import METHODS, Saliency
+from curiosight.evaluation.baselines.depth_noise import depth_noise
+from curiosight.evaluation.baselines.network import U2NETP_PACKAGE, SaliencyNetwork, find_u2netp
 from curiosight.experiments.timing import StageTimes
 from curiosight.frame import Depth, Frame, Rgb
-from curiosight.learner import Labels
+from curiosight.learner.learner import Labels
 
 Methods = Mapping[str, Callable[[Rgb], Saliency] | None]
 DEPTH, NETWORK, ALL = "depth", "u2netp", "all"

@@ -11,22 +11,22 @@ import numpy as np
 from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.exploration import Regions, Strategy, make_regions, make_strategy
-from curiosight.features import count_features
-from curiosight.forest import Forest
+from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
 from curiosight.frame import Frame, Viewpoint
-from curiosight.learner import SaliencyLearner, Teaches
-from curiosight.segmentation import (
+from curiosight.learner.features import count_features
+from curiosight.learner.forest import Forest
+from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.rooms.views import RoomViews
+from curiosight.teacher import (
     PaperTeacher,
     Survey,
     Teacher,
     TemporalTeacher,
     survey_recording,
 )
-from curiosight.teachers import open_teacher
+from curiosight.teacher.given import open_teacher
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
-from curiosight.worlds.rooms.views import RoomViews
 
 
 def survey_dataset(config: Config, dataset: Dataset) -> Survey:

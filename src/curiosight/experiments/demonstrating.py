@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from curiosight.baselines import fine_grained
 from curiosight.config import Config
 from curiosight.evaluation import MapScores
+from curiosight.evaluation.baselines import fine_grained
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.learner import Saliency
-from curiosight.worlds.rooms import Look, RoomSettings, RoomViews, draw_room
+from curiosight.learner.learner import Saliency
+from curiosight.rooms import Look, RoomSettings, RoomViews, draw_room
 
 N_VIEWS = 160
 N_TEST_VIEWS = 30

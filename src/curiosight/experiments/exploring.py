@@ -31,8 +31,8 @@ from curiosight.experiments.problems import Problems
 from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.explore import Step, explore
+from curiosight.rooms.views import RoomViews
 from curiosight.worlds import Odometer
-from curiosight.worlds.rooms.views import RoomViews
 
 MODEL = "model.npz"
 N_ROOM_TEST_VIEWS = 40

@@ -19,10 +19,10 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.problems import Problems
-from curiosight.features import Rows
 from curiosight.frame import Frame
-from curiosight.learner import SaliencyLearner, Teaches, fit_labels
-from curiosight.segmentation import Survey
+from curiosight.learner.features import Rows
+from curiosight.learner.learner import SaliencyLearner, Teaches, fit_labels
+from curiosight.teacher import Survey
 
 SPARE = 4
 Samples = tuple[Rows, npt.NDArray[np.bool_]]

@@ -11,7 +11,7 @@ from curiosight.datasets import Dataset, Prefetch
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame, Rgb
-from curiosight.learner import Saliency
+from curiosight.learner.learner import Saliency
 
 
 class Mapping:

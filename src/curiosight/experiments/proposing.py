@@ -7,12 +7,12 @@ from typing import Any
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
+from curiosight.evaluation.proposals import Proposal, propose, to_coco
 from curiosight.experiments.components import make_teacher
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.learner import SaliencyLearner
-from curiosight.proposals import Proposal, propose, to_coco
+from curiosight.learner.learner import SaliencyLearner
 
 
 class Proposing:

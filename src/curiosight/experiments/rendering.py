@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from curiosight.datasets import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
-from curiosight.worlds.rooms.viewpoints import camera_pose
-from curiosight.worlds.rooms.views import CAMERA, RoomViews
+from curiosight.rooms.viewpoints import camera_pose
+from curiosight.rooms.views import CAMERA, RoomViews
 
 Layout = Literal["7scenes", "tum"]
 LAYOUTS: tuple[Layout, ...] = ("7scenes", "tum")

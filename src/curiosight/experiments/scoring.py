@@ -18,7 +18,7 @@ from curiosight.experiments.components import make_teacher, place
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 
 COLUMNS = (
     "id",

@@ -15,7 +15,7 @@ from curiosight.experiments.components import make_teacher, survey_dataset
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.segmentation import REASONS, Cluster, Segmentation, Teacher, TemporalTeacher
+from curiosight.teacher import REASONS, Cluster, Segmentation, Teacher, TemporalTeacher
 
 
 class Segmenting:

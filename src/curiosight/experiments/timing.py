@@ -18,7 +18,7 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import make_learner, make_teacher, place
 from curiosight.frame import Frame
-from curiosight.learner import Description, Labels, fit_labels
+from curiosight.learner.learner import Description, Labels, fit_labels
 
 STAGES = ("segment", "describe", "predict", "learn")
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from curiosight.frame import Label, Rgb
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 from curiosight.viewing.overlays import (
     LABEL_COLOURS,
     LABEL_NAMES,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from curiosight.exploration.progress import moving_mean
+from curiosight.explorer.progress import moving_mean
 from curiosight.metrics import Ranking
 from curiosight.viewing.paper import (
     FAINT,

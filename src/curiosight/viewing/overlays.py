@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label, Rgb
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 
 Colour = tuple[int, int, int]
 Image = npt.NDArray[np.uint8]

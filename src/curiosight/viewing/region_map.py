@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 
-from curiosight.exploration import Regions
-from curiosight.exploration.from_above import seen_from_above
+from curiosight.explorer import Regions
+from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Pose
 from curiosight.viewing.paper import (
     FAINT,

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Viewpoint
-from curiosight.worlds.rooms.room import stream
-from curiosight.worlds.rooms.views import RoomViews
+from curiosight.rooms.room import stream
+from curiosight.rooms.views import RoomViews
 from curiosight.worlds.travel import travel, travel_seconds
 
 _VISITS = 6  # a random stream of its own, after those of the room

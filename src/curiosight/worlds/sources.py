@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from curiosight.datasets import Dataset, open_dataset
-from curiosight.worlds.rooms import RoomViews, draw_room, is_room, parse_room
+from curiosight.rooms import RoomViews, draw_room, is_room, parse_room
 
 
 def open_source(source: Path | str, *, ground_truth: Path | str | None = None) -> Dataset:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.exploration.from_above import FromAbove
+from curiosight.explorer.from_above import FromAbove
 from curiosight.viewing.examples import Example
 from curiosight.viewing.figures import StepRecord
 

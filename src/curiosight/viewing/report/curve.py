@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.exploration.progress import moving_mean
+from curiosight.explorer.progress import moving_mean
 from curiosight.viewing.paper import spread
 from curiosight.viewing.report.content import ReportStep
 from curiosight.viewing.report.markup import NOTHING, Markup, element, number, path_of, thinned

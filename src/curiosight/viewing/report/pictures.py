@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label, Rgb
-from curiosight.segmentation import Segmentation
+from curiosight.teacher import Segmentation
 from curiosight.viewing.examples import Example
 from curiosight.viewing.overlays import (
     LABEL_COLOURS,

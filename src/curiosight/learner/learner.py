@@ -1,0 +1,307 @@
+"""The learner: predict from RGB, compare with what depth says, learn from it (sec. II-A)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, Self
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.errors import DataError
+from curiosight.frame import Frame, Label, Rgb
+from curiosight.learner.archive import read_archive, write_archive
+from curiosight.learner.features import (
+    ColourSpace,
+    RowOfPixel,
+    Rows,
+    RowsPer,
+    SeedsSegmenter,
+    count_features,
+    describe,
+    shrink,
+    to_colour_space,
+)
+from curiosight.learner.forest import Forest
+from curiosight.metrics import f1_error_of_rows
+from curiosight.teacher import Segmentation
+
+Saliency = npt.NDArray[np.float32]
+Labels = npt.NDArray[np.uint8]
+KIND = "saliency model"
+# Of the guided filter: pixels of the shrunken image, and grey levels that count as an edge.
+EDGE_RADIUS, EDGE_CONTRAST = 8, 8.0
+
+
+class Teaches(Protocol):
+    """Whatever labels a frame's pixels: the depth segmentation, or a detector of one's own."""
+
+    def segment(self, frame: Frame) -> Segmentation:
+        """Label every pixel; none as known where the frame has a `problem`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Description:
+    """An image as rows of features.
+
+    rows: (n, 39) uint8, or (n, 54) with contrast.
+    row_of_pixel: (h, w) int32, the row of each pixel of the shrunken image.
+    """
+
+    rows: Rows
+    row_of_pixel: RowOfPixel
+
+    def count(self, labels: Labels) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Return how many salient and how many not salient pixels each row stands for.
+
+        labels: (h, w), see `fit_labels`.
+        """
+        n_rows = len(self.rows)
+        salient = np.bincount(self.row_of_pixel[labels == Label.SALIENT], minlength=n_rows)
+        other = np.bincount(self.row_of_pixel[labels == Label.NOT_SALIENT], minlength=n_rows)
+        return salient, other
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What one frame showed, was predicted to show, and taught.
+
+    scores: (n,) float32 saliency of each row of `description`, before learning.
+    error: 1 - F1 between them and the segmentation (eq. 1); None where no pixel is salient.
+    regrown: the trees that were grown anew.
+    """
+
+    frame: Frame
+    segmentation: Segmentation
+    description: Description
+    scores: npt.NDArray[np.float32]
+    error: float | None
+    regrown: tuple[int, ...]
+
+    @property
+    def saliency(self) -> Saliency:
+        """(h, w) map of the shrunken image, in [0, 1], before learning."""
+        return self.scores[self.description.row_of_pixel]
+
+
+class SaliencyLearner:
+    """Learn on-line how objects look, taught by depth; then find them in RGB alone.
+
+    teacher: labels frames; None = this model only predicts.
+    rows_per: "pixel" describes every pixel exactly, as the paper does; "superpixel" gives all
+        pixels of a superpixel one row, an approximation that is 10 to 50 times cheaper.
+    colour_space: of the features. The paper's is RGB; in Lab a split on one channel separates
+        hues in any light, and the same forest learns more.
+    contrast: describe superpixels also by how they differ from their surroundings. The paper
+        does not.
+    n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
+    blind_share: of these, drawn where depth has no reading in range, and taken for not salient:
+        windows and screens, which depth never shows, are learned so. The paper uses none.
+    follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
+        do not.
+    threshold: a pixel that scores above it is predicted salient, for the error.
+    """
+
+    def __init__(
+        self,
+        teacher: Teaches | None = None,
+        forest: Forest | None = None,
+        *,
+        rows_per: RowsPer = "pixel",
+        colour_space: ColourSpace = "rgb",
+        contrast: bool = False,
+        n_pixels: int = 700,
+        blind_share: float = 0.0,
+        follow_edges: bool = False,
+        n_superpixels: int = 600,
+        threshold: float = 0.5,
+        seed: int | np.random.Generator = 0,
+    ) -> None:
+        if rows_per not in ("pixel", "superpixel"):
+            raise ValueError(f"rows_per: expected 'pixel' or 'superpixel', got {rows_per!r}")
+        if colour_space not in ("rgb", "lab"):
+            raise ValueError(f"colour_space: expected 'rgb' or 'lab', got {colour_space!r}")
+        if n_pixels < 1:
+            raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
+        if not 0 <= blind_share < 1:
+            raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
+        if n_superpixels < 1:
+            raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
+        if not 0 <= threshold < 1:
+            raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
+        n_features = count_features(contrast=contrast)
+        if forest is not None and forest.n_features != n_features:
+            raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
+        self.teacher = teacher
+        self.rng = np.random.default_rng(seed)
+        self.forest = forest or Forest(n_features=n_features, seed=self.rng)
+        self.rows_per = rows_per
+        self.colour_space = colour_space
+        self.contrast = contrast
+        self.n_pixels = n_pixels
+        self.blind_share = blind_share
+        self.follow_edges = follow_edges
+        self.n_superpixels = n_superpixels
+        self.threshold = threshold
+        self.notes: dict[str, Any] = {}
+        self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
+
+    def observe(self, frame: Frame, group: int = 0) -> Observation:
+        """Look at a frame: predict, compare with the teacher, then learn from it.
+
+        group: kept with the samples, a region for instance.
+        """
+        description = self.describe(frame.rgb)
+        segmentation = self.segment(frame)
+        labels = fit_labels(segmentation.labels, description)
+        scores = self.predict(description)
+        error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
+        regrown = self.learn(description, labels, group)
+        return Observation(frame, segmentation, description, scores, error, regrown)
+
+    def saliency(self, rgb: Rgb) -> Saliency:
+        """Return the (H, W) float32 saliency in [0, 1] of an (H, W, 3) RGB image."""
+        description = self.describe(rgb)
+        small = self.predict(description)[description.row_of_pixel]
+        if self.follow_edges:
+            small = follow_edges(small, shrink(rgb))
+        height, width = rgb.shape[:2]
+        enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
+        return enlarged
+
+    def describe(self, rgb: Rgb) -> Description:
+        """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
+        if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
+            raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
+        small = shrink(rgb)
+        coloured = to_colour_space(small, self.colour_space)
+        return Description(
+            *describe(coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast)
+        )
+
+    def segment(self, frame: Frame) -> Segmentation:
+        """Return what the teacher says of a frame (sec. II-A.2)."""
+        if self.teacher is None:
+            raise ValueError("teacher: expected one to learn from, got None")
+        segmentation = self.teacher.segment(frame)
+        labels, size = segmentation.labels, frame.rgb.shape[:2]
+        if labels.shape != size or labels.dtype != np.uint8:
+            raise ValueError(f"labels: expected {size} uint8, got {labels.shape} {labels.dtype}")
+        return segmentation
+
+    def predict(self, description: Description) -> npt.NDArray[np.float32]:
+        """Return the (n,) saliency of each row; 0 while nothing has been learned."""
+        return self.forest.predict(description.rows)
+
+    def learn(self, description: Description, labels: Labels, group: int = 0) -> tuple[int, ...]:
+        """Add labelled pixels of a frame and regrow some trees (sec. II-A.3).
+
+        labels: (h, w), see `fit_labels`. Return the trees that changed.
+        """
+        return self.forest.update(*self.sample(description, labels), group)
+
+    def sample(
+        self, description: Description, labels: Labels, n_pixels: int | None = None
+    ) -> tuple[Rows, npt.NDArray[np.bool_]]:
+        """Draw the rows (n, F) of labelled pixels and whether each is salient.
+
+        Those of `blind_share` are among them, as not salient.
+
+        n_pixels: how many; None = as many as a frame teaches on-line.
+        """
+        flat = labels.ravel()
+        known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
+        n_drawn = min(n_pixels or self.n_pixels, len(known))
+        drawn = self._draw(known, n_drawn)
+        if self.blind_share:
+            blind = np.flatnonzero(flat == Label.UNAVAILABLE)
+            n_blind = min(round(self.blind_share * n_drawn), len(blind))
+            drawn = np.concatenate([drawn[n_blind:], self._draw(blind, n_blind)])
+        rows = description.rows[description.row_of_pixel.ravel()[drawn]]
+        return rows, flat[drawn] == Label.SALIENT
+
+    def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
+        return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
+
+    def save(self, path: Path | str) -> None:
+        """Write the model with its samples, so that learning can go on.
+
+        `notes` (JSON-able, whatever should be known of it) are kept with it. An existing file is
+        replaced as a whole or not at all.
+        """
+        header = {
+            "features": self._feature_definition(),
+            "n_pixels": self.n_pixels,
+            "blind_share": self.blind_share,
+            "follow_edges": self.follow_edges,
+            "threshold": self.threshold,
+            "forest": self.forest.settings(),
+            "notes": self.notes,
+        }
+        write_archive(Path(path), KIND, header, self.forest.state_arrays())
+
+    @classmethod
+    def load(
+        cls,
+        path: Path | str,
+        teacher: Teaches | None = None,
+        *,
+        seed: int | np.random.Generator = 0,
+        n_threads: int = 1,
+    ) -> Self:
+        """Read a model that `save` wrote; raises `DataError` for anything else."""
+        if n_threads < 1:
+            raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
+        path = Path(path)
+        header, arrays = read_archive(path, KIND)
+        rng = np.random.default_rng(seed)
+        try:
+            features = header["features"]
+            forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
+            forest.restore(arrays)
+            learner = cls(
+                teacher,
+                forest,
+                rows_per=features["rows_per"],
+                colour_space=features["colour_space"],
+                contrast=features["contrast"],
+                n_pixels=header["n_pixels"],
+                blind_share=header["blind_share"],
+                follow_edges=header["follow_edges"],
+                threshold=header["threshold"],
+                n_superpixels=features["n_superpixels"],
+                seed=rng,
+            )
+            learner.notes = dict(header["notes"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
+        if features != learner._feature_definition():
+            raise DataError(path, "was made with other features", "learn it anew")
+        return learner
+
+    def _feature_definition(self) -> dict[str, Any]:
+        """Return what the model's features mean; a file that means another is not read."""
+        return {
+            "name": "39 mean colours",
+            "rows_per": self.rows_per,
+            "colour_space": self.colour_space,
+            "contrast": self.contrast,
+            "n_superpixels": self.n_superpixels,
+        }
+
+
+def follow_edges(saliency: Saliency, rgb: Rgb) -> Saliency:
+    """Smooth a map where its (h, w, 3) image is even, and keep it sharp where that has an edge."""
+    smooth = cv2.ximgproc.guidedFilter(rgb, saliency, EDGE_RADIUS, EDGE_CONTRAST**2)
+    clipped: Saliency = np.clip(smooth, 0, 1)
+    return clipped
+
+
+def fit_labels(labels: Labels, description: Description) -> Labels:
+    """Bring (H, W) labels to the size of a description's image; each pixel keeps one label."""
+    height, width = description.row_of_pixel.shape
+    fitted: Labels = cv2.resize(labels, (width, height), interpolation=cv2.INTER_NEAREST)
+    return fitted

@@ -1,0 +1,131 @@
+"""A room: its walls and furniture, the things in it, and where a robot can stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from curiosight.rooms.arrangement import Arrangement, Surface, Thing, rearranged
+from curiosight.rooms.free_space import FreeSpace, Polygon
+from curiosight.rooms.furniture import Placed, furnish
+from curiosight.rooms.mesh import Mesh
+from curiosight.rooms.plan import FloorPlan, draw_plan
+from curiosight.rooms.scene import Light, Scene
+from curiosight.rooms.settings import RoomSettings
+from curiosight.rooms.shell import Shell, draw_shell
+from curiosight.rooms.sweet_home import Entry, SweetHomeLibrary
+from curiosight.rooms.things import KINDS, Kind
+from curiosight.rooms.things.kind import FLOOR, TABLE
+
+N_ON_FLOOR = 16
+MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
+# Numbers of the random streams that a seed is split into.
+PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS = range(6)
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """A room to look around in; metres, z up, the floor at z = 0.
+
+    first_things: where the things stood when the room was drawn. things: where they stand.
+    """
+
+    settings: RoomSettings
+    plan: FloorPlan
+    shell: Shell
+    furniture: tuple[Placed, ...]
+    first_things: tuple[Thing, ...]
+    things: tuple[Thing, ...]
+
+    @cached_property
+    def scene(self) -> Scene:
+        """All that a camera can see."""
+        furniture = (part for placed in self.furniture for part in placed.parts())
+        things = (thing.part() for thing in self.things)
+        return Scene((*self.shell.parts, *furniture, *things), self._lights())
+
+    @property
+    def footprints(self) -> tuple[Polygon, ...]:
+        """What stands on the floor, seen from above: (4, 2) corners each."""
+        on_floor = [thing.footprint() for thing in self.things if thing.is_on_floor]
+        return (*(placed.footprint for placed in self.furniture), *on_floor)
+
+    def free_space(self) -> FreeSpace:
+        """Return where a robot can stand."""
+        return FreeSpace(self.plan.outline, self.footprints)
+
+    def rearranged(self, seed: int | None, *, lights: int | None = None) -> Room:
+        """Return the room after its things were moved, some taken away and others brought.
+
+        seed: of the new arrangement; None = the first one. lights: seed of other lights; None =
+        the first ones.
+        """
+        settings = replace(self.settings, rearrange=seed, lights=lights)
+        if seed is None:
+            return replace(self, settings=settings, things=self.first_things)
+        rng = stream(settings, REARRANGEMENT, seed)
+        empty = _places(self.plan, self.shell, self.furniture)
+        things = rearranged(self.first_things, empty, _kinds(settings), rng)
+        return replace(self, settings=settings, things=things)
+
+    def _lights(self) -> tuple[Light, ...]:
+        """Return the lights, or others: each in another brightness and tint, one of them off."""
+        first, seed = self.shell.lights, self.settings.lights
+        if seed is None:
+            return first
+        rng = stream(self.settings, LIGHTS, seed)
+        kept = sorted(rng.permutation(len(first))[: max(1, len(first) - 1)])
+        changed = []
+        for number in kept:
+            brightness, warmth = rng.uniform(0.4, 1.6), rng.uniform(-0.2, 0.2)
+            rgb = first[number].rgb * brightness * np.array([1 + warmth, 1, 1 - warmth])
+            changed.append(replace(first[number], rgb=rgb))
+        return tuple(changed)
+
+
+def draw_room(settings: RoomSettings) -> Room:
+    """Draw the room of a seed: always the same for the same settings."""
+    rng = stream(settings, PLAN)
+    plan = draw_plan(rng, settings.plan)
+    shell = draw_shell(plan, rng)
+    furniture = furnish(plan, shell, rng)
+    arrangement = _places(plan, shell, furniture)
+    arrangement.fill(_kinds(settings), N_ON_FLOOR, stream(settings, THINGS))
+    things = tuple(arrangement.things)
+    room = Room(settings, plan, shell, furniture, things, things)
+    return room.rearranged(settings.rearrange, lights=settings.lights)
+
+
+def stream(settings: RoomSettings, number: int, *more: int) -> np.random.Generator:
+    """Return one of the independent sources of chance that a room's seed gives."""
+    return np.random.default_rng((settings.seed, number, *more))
+
+
+def _kinds(settings: RoomSettings) -> tuple[Kind, ...]:
+    """Return the kinds of things to choose from, a furniture library's among them."""
+    if settings.furniture is None:
+        return KINDS
+    library = SweetHomeLibrary(settings.furniture)
+    return KINDS + tuple(_kind_of(library, entry) for entry in library.things())
+
+
+def _kind_of(library: SweetHomeLibrary, entry: Entry) -> Kind:
+    """Return a model of a library as a kind of which all are alike."""
+
+    def draw(rng: np.random.Generator) -> Mesh:
+        return library.mesh(entry)
+
+    return Kind(entry.name, draw, TABLE if entry.diagonal < MAX_TABLE_SIZE else FLOOR)
+
+
+def _places(plan: FloorPlan, shell: Shell, furniture: Sequence[Placed]) -> Arrangement:
+    """Return where things can stand, nothing of it taken."""
+    surfaces = [
+        Surface(T_room_surface, box) for placed in furniture for T_room_surface, box in placed.tops
+    ]
+    footprints = [placed.footprint for placed in furniture]
+    kept_free = [np.asarray(area) for area in shell.kept_free]
+    return Arrangement(plan, surfaces, footprints, kept_free)

@@ -1,0 +1,6 @@
+"""The fixed part of a room: floor, walls, windows, doors, lamps, and what hangs on walls."""
+
+from curiosight.rooms.shell.drawing import Shell, draw_shell
+from curiosight.rooms.shell.walls import Opening
+
+__all__ = ["Opening", "Shell", "draw_shell"]

@@ -1,0 +1,78 @@
+"""The truth of every pixel of a drawn room, by the paper's definition of an object (sec. II-A)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Label
+from curiosight.rooms.scene import Part, Role
+
+Ids = npt.NDArray[np.integer[Any]]
+Grey = npt.NDArray[np.uint8]
+
+
+def draw_truth(
+    ids: Ids,
+    parts: Sequence[Part],
+    *,
+    outline_px: int = 2,
+    min_size: float = 0.08,
+    max_size: float = 1.5,
+) -> Grey:
+    """Return (H, W) uint8: 255 salient, 0 not salient, 125 to be ignored.
+
+    ids: (H, W) the number of the part in each pixel, its place in `parts` + 1; 0 = nothing.
+    outline_px: pixels this close to a boundary between salient and not are ignored, as they
+        are in annotations made by hand.
+    min_size, max_size: metres across an object's bounding box. The paper has 10 to 150 cm; a
+        box of 10 cm at an angle is 8 cm wide.
+    """
+    if not 0 <= ids.min() <= ids.max() <= len(parts):
+        found = f"{ids.min()} to {ids.max()}"
+        raise ValueError(f"ids: expected 0 to {len(parts)}, the number of parts, got {found}")
+    truth: Grey = _greys(ids, parts, min_size, max_size)[ids]
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * outline_px + 1, 2 * outline_px + 1))
+    near_salient = cv2.dilate((truth == Label.SALIENT).astype(np.uint8), disc)
+    near_not_salient = cv2.dilate((truth == Label.NOT_SALIENT).astype(np.uint8), disc)
+    truth[(near_salient & near_not_salient) > 0] = Label.UNKNOWN
+    return truth
+
+
+def _greys(ids: Ids, parts: Sequence[Part], min_size: float, max_size: float) -> Grey:
+    """(number of parts + 1,) the grey of each part in view, by its number."""
+    greys = np.full(len(parts) + 1, Label.UNKNOWN, np.uint8)
+    for number in np.flatnonzero(np.bincount(ids.ravel())).tolist():
+        if number > 0:
+            greys[number] = _grey(parts[number - 1], min_size, max_size)
+    return greys
+
+
+def _grey(part: Part, min_size: float, max_size: float) -> Label:
+    if part.role in (Role.SUPPORT, Role.STRUCTURE):
+        return Label.NOT_SALIENT
+    is_in_size = min_size <= part.mesh.diagonal <= max_size
+    return Label.SALIENT if part.role is Role.OBJECT and is_in_size else Label.UNKNOWN
+
+
+def draw_instances(
+    ids: Ids, parts: Sequence[Part], *, min_size: float = 0.08, max_size: float = 1.5
+) -> npt.NDArray[np.int32]:
+    """Return (H, W) int32: the number of each salient part, 0 = not salient, -1 = to be ignored.
+
+    As `draw_truth`, but up to the outlines.
+    """
+    truth = _greys(ids, parts, min_size, max_size)[ids]
+    instances = np.where(truth == Label.SALIENT, ids, 0).astype(np.int32)
+    instances[truth == Label.UNKNOWN] = -1
+    return instances
+
+
+def object_ids(ids: Ids, parts: Sequence[Part]) -> Ids:
+    """Return (H, W) the numbers of the objects alone, 0 everywhere else."""
+    is_object = np.array([False, *(part.role is Role.OBJECT for part in parts)])
+    return np.where(is_object[ids], ids, 0)

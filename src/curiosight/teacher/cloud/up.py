@@ -1,0 +1,131 @@
+"""Which way is up: from one frame, or once for a whole recording with poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from curiosight.frame import Pose
+from curiosight.teacher.cloud.points import Points
+
+Array = npt.NDArray[Any]
+
+# A camera that looks 25° down sees "up" here; tilts of -20° to 70° are within 45° of it.
+CAMERA_UP_PRIOR = np.array([0.0, -np.cos(np.radians(25)), -np.sin(np.radians(25))])
+
+
+def up_from_normals(
+    normals: Array, area: Array, *, prior: Array, max_angle: float = np.radians(45)
+) -> Array | None:
+    """Return the unit vector within `max_angle` of `prior` that most surface faces.
+
+    normals: (n, 3) unit vectors, NaN = unknown; area: (n,) their weights. None when hardly any
+    surface lies in that cone: then nothing horizontal is in view.
+    """
+    return next(ups_from_normals(normals, area, prior=prior, max_angle=max_angle), None)
+
+
+def ups_from_normals(
+    normals: Array,
+    area: Array,
+    *,
+    prior: Array = CAMERA_UP_PRIOR,
+    max_angle: float = np.radians(45),
+    max_candidates: int = 3,
+) -> Iterator[Array]:
+    """Yield what may be up as `up_from_normals` does, then what the remaining surface faces."""
+    normals, area = np.asarray(normals, np.float32), np.asarray(area, np.float32)
+    total = area.sum()
+    # What is out of the question counts nothing.
+    area = np.where(_cosines(normals, prior) > np.cos(max_angle), area, 0)
+    for _ in range(max_candidates):
+        if total == 0 or area.sum() < 0.02 * total:
+            return
+        up = _densest(normals, area, prior)
+        for width in np.radians((12, 8, 5)):
+            total_normal = np.zeros(3)
+            _sum_facing(normals, area, up.astype(np.float32), np.cos(width), total_normal)
+            up = total_normal / np.linalg.norm(total_normal)
+        yield up
+        area = np.where(_cosines(normals, up) < np.cos(np.radians(15)), area, 0)
+
+
+def _cosines(normals: Array, direction: Array) -> Array:
+    cosines: Array = normals @ direction.astype(np.float32)
+    return cosines
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_facing(
+    normals: Array, area: Array, direction: Array, min_cosine: float, total: Array
+) -> None:
+    """Add the (n, 3) normals near a direction, times their area, to the (3,) `total`."""
+    a, b, c = direction
+    least = np.float32(min_cosine)
+    for i in range(len(area)):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        if area[i] > 0 and x * a + y * b + z * c > least:
+            weight = np.float64(area[i])
+            total[0] += weight * x
+            total[1] += weight * y
+            total[2] += weight * z
+
+
+def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> Array:
+    """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
+    side = np.cross(prior, [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    other = np.cross(prior, side)
+    votes = np.zeros((33, 33))
+    _vote(normals, area, (np.stack([side, other]) / step).astype(np.float32), votes)
+    smooth = votes.copy()
+    smooth[1:] += votes[:-1]
+    smooth[:-1] += votes[1:]
+    smooth[:, 1:] += votes[:, :-1]
+    smooth[:, :-1] += votes[:, 1:]
+    row, column = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
+    x, y = (float(cell - 15.5) * step for cell in (row, column))
+    up: Array = x * side + y * other + np.sqrt(max(0.0, 1 - x * x - y * y)) * prior
+    return np.asarray(up / np.linalg.norm(up))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _vote(normals: Array, area: Array, axes: Array, votes: Array) -> None:
+    """Add the area to the (33, 33) votes of the cells that the normals point to.
+
+    axes: (2, 3) directions of rows and columns, divided by the side of a cell.
+    """
+    for i in range(len(area)):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        if area[i] > 0:
+            # No component is below -1, so that all cells are positive and truncated as floors are.
+            row = int(x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2] + 16)
+            column = int(x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2] + 16)
+            votes[row, column] += area[i]
+
+
+def world_up(observed: Iterable[tuple[Points, Pose]]) -> Array | None:
+    """Return the up direction (3,) in the world's frame that the surfaces of posed frames share.
+
+    The mean of the cameras' own up axes is the prior; in it, tables and floors of all frames
+    add up, whereas what is slanted differs from frame to frame. None without any frame.
+    """
+    normals, areas, ups = [], [], []
+    for points, T_world_camera in observed:
+        keep = points.area > 0
+        rotation = T_world_camera[:3, :3]
+        normals.append(points.normals[keep] @ rotation.T)
+        areas.append(points.area[keep])
+        ups.append(rotation @ CAMERA_UP_PRIOR)
+    if not ups:
+        return None
+    mean = np.mean(ups, axis=0)
+    if np.linalg.norm(mean) < 0.3:
+        return None
+    return up_from_normals(
+        np.concatenate(normals), np.concatenate(areas), prior=mean / np.linalg.norm(mean)
+    )

@@ -1,0 +1,120 @@
+"""A teacher that remembers: what several views agree on corrects what one view says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Frame, Label
+from curiosight.teacher.cloud.points import spread
+from curiosight.teacher.cloud.tracking import UpTracker
+from curiosight.teacher.memory.votes import VoxelVotes
+from curiosight.teacher.segmented import Segmentation
+from curiosight.teacher.settings import SegmentationSettings
+from curiosight.teacher.supports.surveyed import Survey
+from curiosight.teacher.teacher import Teacher
+from curiosight.teacher.things.verdicts import Verdict
+
+Array = npt.NDArray[Any]
+
+# Of the grid that is looked at and votes: what is remembered may take longer and be finer.
+STRIDE = 2
+# What only this view does not know; every other verdict is a vote against.
+ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.NEAR, Verdict.SMALL, Verdict.FLAT})
+
+
+class TemporalTeacher:
+    """A teacher with a memory of the place, where poses tell what is where.
+
+    Every frame votes with what it shows by itself. Then a thing that the image cuts, or that
+    stands too close to another, is salient where it was seen whole before; and what most views
+    take for table or wall is not salient in one of them. What has gone is forgotten.
+
+    teacher: whose survey and thresholds it takes over, on a finer grid.
+    min_ahead: votes by which salient must lead. Twice as many against take it back, unless more
+        views than not see something salient here or beside: poses drift by more than a mug is
+        thick.
+    """
+
+    def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
+        self.teacher = Teacher(teacher.survey, replace(teacher.settings, stride=STRIDE))
+        self.votes = VoxelVotes()
+        self.min_ahead = min_ahead
+        self._tracker = UpTracker()
+
+    @property
+    def survey(self) -> Survey:
+        return self.teacher.survey
+
+    @property
+    def settings(self) -> SegmentationSettings:
+        return self.teacher.settings
+
+    def remember(self, frames: Iterable[Frame]) -> None:
+        """Let some frames vote beforehand, such as those of the survey."""
+        for frame in frames:
+            self.segment(frame)
+
+    def segment(self, frame: Frame) -> Segmentation:
+        """Label every pixel of a frame by itself, correct it by memory, and remember it.
+
+        A frame without pose is not corrected: only which way is up is carried to the next.
+        """
+        pose = frame.T_world_camera
+        if pose is None:
+            return self._tracked(frame)
+        alone = self.teacher.segment(frame)
+        if frame.depth is None or frame.camera is None or alone.problem:
+            return alone
+        labels = alone.labels[::STRIDE, ::STRIDE]
+        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
+        self.votes.forget_removed(frame.depth, frame.camera, pose)
+        corrected = self._corrected(labels, voxels)
+        self.votes.add(voxels, _ballots(alone)[::STRIDE, ::STRIDE])
+        full = spread(
+            corrected.ravel().astype(np.int32),
+            np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
+            frame.depth,
+            STRIDE,
+            max_depth=self.settings.max_range,
+            beyond=Label.UNAVAILABLE,
+        )
+        return replace(alone, labels=full.astype(np.uint8))
+
+    def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
+        """(H, W) in [0, 1]: as sure as the frame by itself makes it, see `Teacher.confidence`."""
+        return self.teacher.confidence(frame, segmentation)
+
+    def _tracked(self, frame: Frame) -> Segmentation:
+        if frame.depth is None or frame.problem is not None:
+            return self.teacher.segment(frame)
+        tracked = self.teacher.segment(frame, up=self._tracker.up_in(frame.depth))
+        self._tracker.update(frame.depth, [s.plane for s in tracked.supports])
+        return tracked
+
+    def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
+        """(h, w): the labels of a frame as the votes of earlier views make them."""
+        corrected = labels.copy()
+        unknown = np.flatnonzero(labels == Label.UNKNOWN)
+        _, around = self.votes.balance(voxels.ravel()[unknown]).T
+        corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
+        salient = np.flatnonzero(labels == Label.SALIENT)
+        here, around = self.votes.balance(voxels.ravel()[salient]).T
+        denied = (here <= -2 * self.min_ahead) & (around <= 0)
+        corrected.ravel()[salient[denied]] = Label.UNKNOWN
+        return corrected
+
+
+def _ballots(alone: Segmentation) -> npt.NDArray[np.uint8]:
+    """(H, W): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
+    is_rejected = np.array(
+        [False]
+        + [c.verdict not in ABSTAINS and c.verdict is not Verdict.OBJECT for c in alone.clusters]
+    )
+    ballots: npt.NDArray[np.uint8] = alone.labels.copy()
+    ballots[is_rejected[alone.cluster_of_pixel]] = Label.NOT_SALIENT
+    return ballots

@@ -1,0 +1,73 @@
+"""What the teacher says of one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Frame, Label
+from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.things.verdicts import Cluster, Verdict
+
+UNSEEN, ALONE = "no reading, or beyond the range", "in no cluster"
+DOUBTED = "in an object: enclosed by it, or denied by other views"
+# Codes of `Segmentation.reasons`.
+_REJECTED = [verdict.value for verdict in Verdict if verdict is not Verdict.OBJECT]
+REASONS = dict(enumerate(["known", UNSEEN, ALONE, DOUBTED, *_REJECTED]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segmentation:
+    """What the teacher says of one frame.
+
+    labels: (H, W) uint8, the codes of `Label`.
+    cluster_of_pixel: (H, W) uint16, 1 + the place in `clusters`; 0 = none.
+    supports, walls: in the camera's frame, lowest support first.
+    problem: why nothing could be said; None = nothing is wrong.
+    """
+
+    labels: npt.NDArray[np.uint8]
+    cluster_of_pixel: npt.NDArray[np.uint16]
+    clusters: tuple[Cluster, ...] = ()
+    supports: tuple[Support, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    problem: str | None = None
+
+    @classmethod
+    def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:
+        """Return a segmentation that says nothing but labels: for a detector of one's own."""
+        return cls(labels, np.zeros(labels.shape, np.uint16), problem=problem)
+
+    @classmethod
+    def of_nothing(cls, frame: Frame, problem: str | None, max_range: float) -> Self:
+        """Return that nothing can be said of a frame: within the range, metres, all is unknown."""
+        labels = np.full(frame.rgb.shape[:2], Label.UNAVAILABLE, np.uint8)
+        if frame.depth is not None:
+            labels[frame.depth <= max_range] = Label.UNKNOWN
+        return cls.of_labels(labels, problem)
+
+    @property
+    def objects(self) -> tuple[Cluster, ...]:
+        """The clusters that passed every test, in the order of their instance numbers."""
+        return tuple(c for c in self.clusters if c.verdict is Verdict.OBJECT)
+
+    def reasons(self) -> npt.NDArray[np.uint8]:
+        """(H, W) why each pixel is unknown or unavailable, codes of `REASONS`; 0 = neither."""
+        codes = {reason: code for code, reason in REASONS.items()}
+        codes[Verdict.OBJECT.value] = codes[DOUBTED]
+        of_cluster = [codes[ALONE], *(codes[c.verdict.value] for c in self.clusters)]
+        reasons = np.array(of_cluster, np.uint8)[self.cluster_of_pixel]
+        reasons[self.labels == Label.UNAVAILABLE] = codes[UNSEEN]
+        reasons[(self.labels == Label.SALIENT) | (self.labels == Label.NOT_SALIENT)] = 0
+        return reasons
+
+    def instances(self) -> npt.NDArray[np.uint16]:
+        """(H, W) number of each pixel's object, from 1; 0 = none."""
+        number = np.zeros(len(self.clusters) + 1, np.uint16)
+        is_object = np.array([False] + [c.verdict is Verdict.OBJECT for c in self.clusters])
+        number[is_object] = np.arange(1, 1 + is_object.sum())
+        return number[self.cluster_of_pixel]

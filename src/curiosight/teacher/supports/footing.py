@@ -1,0 +1,91 @@
+"""What the things of a frame stand on: where a pose tells, and where only the frame does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Pose
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.up import up_from_normals, ups_from_normals
+from curiosight.teacher.settings import SegmentationSettings
+from curiosight.teacher.supports.supports import (
+    KnownTable,
+    Scene,
+    Support,
+    choose_supports,
+    share_below,
+)
+from curiosight.teacher.supports.surveyed import Survey
+
+Array = npt.NDArray[Any]
+# A camera without poses tilts and rolls by less from one frame to the next.
+MAX_TURN = np.radians(12)
+# More of the points below the lowest support, and it is no floor.
+MAX_SHARE_BELOW = 0.10
+
+
+def find_footing(
+    points: Points,
+    pose: Pose | None,
+    survey: Survey,
+    settings: SegmentationSettings,
+    *,
+    up: Array | None = None,
+) -> list[Support]:
+    """Return the supports in view, lowest first; empty when there is none.
+
+    pose: (4, 4) `T_world_camera`. up: (3,) unit vector in the camera's frame, about, for want of
+        a pose; None = from this frame alone.
+    """
+    if pose is not None and survey.up_world is not None:
+        return _surveyed_supports(points, pose, survey, survey.up_world, settings)
+    surface = points.normals.reshape(-1, 3), points.area.ravel()
+    if up is None:
+        return _largest_supports(points, surface, survey.scene, settings)
+    turned = up_from_normals(*surface, prior=up, max_angle=MAX_TURN)
+    return [] if turned is None else choose_supports(points, turned, settings, scene=survey.scene)
+
+
+def _surveyed_supports(
+    points: Points, pose: Pose, survey: Survey, up_world: Array, settings: SegmentationSettings
+) -> list[Support]:
+    camera_height = survey.camera_height(pose)
+    known_tables = [
+        KnownTable(
+            camera_height - table.height,
+            table.inset_of(points, pose),
+            table.carries_objects,
+            table.is_thing,
+        )
+        for table in survey.tables
+        if camera_height is not None and table.is_in_view(points, pose, settings.max_range)
+    ]
+    return choose_supports(
+        points,
+        pose[:3, :3].T @ up_world,
+        settings,
+        scene=survey.scene,
+        camera_height=camera_height,
+        known_tables=known_tables,
+    )
+
+
+def _largest_supports(
+    points: Points, surface: tuple[Array, Array], scene: Scene, settings: SegmentationSettings
+) -> list[Support]:
+    """Return the supports that face where most of the surface does.
+
+    Unless much lies below the lowest then, as when the largest surface is a box's side.
+    surface: (n, 3) normals and (n,) area.
+    """
+    first: list[Support] = []
+    for up in ups_from_normals(*surface):
+        supports = choose_supports(points, up, settings, scene=scene)
+        if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
+            return supports
+        first = first or supports
+    # Below a table there is much to see; below a floor there is not.
+    return first if scene == "table" else []

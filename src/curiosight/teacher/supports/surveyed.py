@@ -1,0 +1,42 @@
+"""What holds for a whole recording: up, the floor, tables and walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy.typing as npt
+
+from curiosight.frame import Pose
+from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.supports.supports import Scene
+from curiosight.teacher.supports.table_map import Table
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """What holds for a whole recording.
+
+    scene: what the lowest support in view is; its objects and gaps are larger on a floor.
+    up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
+    floor_height: metres along `up_world`; None = not known.
+    tables: what stands on the floor and carries things, lowest first.
+    walls: and other large upright planes, in the world's frame.
+    noise: of the sensor's inverse depth, 1/m, for `SegmentationSettings.for_sensor`; None = no
+        plane tells it.
+    """
+
+    scene: Scene = "floor"
+    up_world: Array | None = None
+    floor_height: float | None = None
+    tables: tuple[Table, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    noise: float | None = None
+
+    def camera_height(self, T_world_camera: Pose | None) -> float | None:
+        """Return the camera's height over the floor in metres; None where it is not known."""
+        if T_world_camera is None or self.up_world is None or self.floor_height is None:
+            return None
+        return float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height

@@ -1,0 +1,261 @@
+"""The tables and other furniture of a recording, from a map of all that its frames show.
+
+One frame sees a table's top from the edge, in pieces between the things on it, or not at all.
+Then its legs look like things on the floor, and what stands on it like parts of it. Together
+the frames know how high each table is and how far it reaches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Pose
+from curiosight.teacher.cloud.points import Points, look_up
+from curiosight.teacher.supports.ground import (
+    CELL,
+    Ground,
+    area,
+    closed,
+    diagonal,
+    grown,
+    inset,
+    opened,
+    pieces,
+)
+
+Array = npt.NDArray[Any]
+Mask = npt.NDArray[np.bool_]
+
+MIN_TABLE_HEIGHT, MAX_TABLE_HEIGHT = 0.2, 1.3
+# What is this close to a table's outline (metres) belongs to it.
+MARGIN = 0.05
+MAX_LEVEL_ANGLE = np.radians(20)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """A table, a counter, or other furniture.
+
+    height: of its top, metres over the floor.
+    axes: (3, 2) the map's directions in the world, of columns and of rows, unit vectors.
+    low: (2,) metres along them of the first cell's corner.
+    inset: (rows, columns) float32 metres that a cell lies inside the outline, negative outside.
+    carries_objects: False where what is on it is part of it: cushions, books in a shelf.
+    is_thing: a box on the floor, a pouf or a carton: no support, for all its level top.
+    """
+
+    height: float
+    axes: Array
+    low: Array
+    inset: npt.NDArray[np.float32]
+    carries_objects: bool = True
+    is_thing: bool = False
+
+    def is_in_view(self, points: Points, T_world_camera: Pose, max_range: float) -> bool:
+        """Tell whether points up to a range in metres could be over or under the table's map."""
+        seen = np.concatenate([np.zeros((1, 3)), max_range * points.corner_rays()])
+        axes, corner = self._in_camera(T_world_camera)
+        pyramid = cv2.convexHull((seen @ axes - corner).astype(np.float32))
+        rows, columns = self.inset.shape
+        outline = [[0, 0], [columns, 0], [columns, rows], [0, rows]]
+        window = np.array(outline, np.float32) * np.float32(CELL)
+        return bool(cv2.intersectConvexConvex(pyramid, window)[0] > 0)
+
+    def inset_of(self, points: Points, T_world_camera: Pose) -> Array:
+        """(h, w) metres that points lie inside the outline, seen from above.
+
+        -inf far from the table and where a point has no reading.
+        """
+        axes, corner = self._in_camera(T_world_camera)
+        found: Array = look_up(self.inset, points, axes, corner, CELL)
+        return found
+
+    def _in_camera(self, T_world_camera: Pose) -> tuple[Array, Array]:
+        """Return the map's axes and its corner along them, in the camera's frame."""
+        axes = T_world_camera[:3, :3].T @ self.axes
+        return axes, self.low - T_world_camera[:3, 3] @ self.axes
+
+
+def map_tables(
+    level: Array,
+    seen: Array,
+    up: Array,
+    floor: float,
+    *,
+    min_area: float = 0.25,
+    min_diagonal: float = 0.7,
+) -> tuple[Table, ...]:
+    """Return the tables of a recording, the lowest first, then other furniture.
+
+    level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
+    up: (3,) unit vector; floor: metres along it.
+    min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
+    """
+    if len(seen) == 0:
+        return ()
+    ground = Ground.around(seen, up)
+    cells, heights = ground.cells(seen), seen @ up - floor
+    tops: list[tuple[float, Mask]] = []
+    found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
+    for height, top in sorted(found, key=lambda top: top[0]):
+        # The top of what stands on a table is none.
+        if not any(np.mean(lower[top]) > 0.5 for _, lower in tops):
+            tops.append((height, top))
+    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
+    highest = ground.highest(cells, heights)
+    n_points = ground.count(cells[heights > 0.10])
+    tables = []
+    for height, top in tops:
+        is_part = _is_upholstered_or_full(ground, height, top, cells, heights)
+        is_thing = not is_part and _is_box(ground, height, top, cells, heights)
+        tables.append(_table(ground, height, top, carries_objects=not is_part, is_thing=is_thing))
+    bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
+    rest = [
+        _table(ground, float(np.median(highest[piece])), piece, carries_objects=False)
+        for piece in bulky
+    ]
+    return (*tables, *rest)
+
+
+def _table(
+    ground: Ground, height: float, top: Mask, *, carries_objects: bool, is_thing: bool = False
+) -> Table:
+    """Return a table with the map of its surroundings."""
+    rows, columns = np.nonzero(grown(top, 0.5))
+    window = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+    low = ground.low + CELL * np.array([columns.min(), rows.min()])
+    return Table(height, ground.axes, low, inset(top[window]), carries_objects, is_thing)
+
+
+def level_surface(points: Points, up: Array, noise: float) -> Array:
+    """Return (n, 3) points of the camera's that cover the level surfaces in view, about evenly.
+
+    Level is what the normals tell so. At grazing angles, where few rows show a top and give no
+    normals, two rows are so far apart that their heights tell. Between rows points are added.
+    """
+    up = up.astype(np.float32)
+    # A low camera sees tables from below.
+    is_level = np.abs(points.normals @ up) > np.cos(MAX_LEVEL_ANGLE)
+    is_unknown = np.isnan(points.normals[..., 0])
+    near, far = points.xyz[1:], points.xyz[:-1]
+    rise = (far - near) @ up
+    run = np.linalg.norm(far - near - rise[..., None] * up, axis=-1)
+    is_grazing = (run > 0.03 + 4 * noise * near[..., 2] ** 2) & is_unknown[1:] & is_unknown[:-1]
+    is_between = (is_level[1:] & is_level[:-1]) | is_grazing
+    is_between &= (np.abs(rise) < np.tan(MAX_LEVEL_ANGLE) * run) & (run < 0.3)
+    start, way = near[is_between], (far - near)[is_between]
+    between = [start + share * way for share in np.arange(0, 1, CELL / 0.3).astype(np.float32)]
+    return np.concatenate([points.xyz[is_level], *between])
+
+
+def _tops(
+    ground: Ground,
+    xyz: Array,
+    heights: Array,
+    min_area: float,
+    min_diagonal: float,
+    *,
+    step: float = 0.02,
+) -> list[tuple[float, Mask]]:
+    """Return height and (rows, columns) extent of the large level surfaces.
+
+    xyz, heights: (n, 3) and (n,) of level surfaces. step: metres between layers.
+    """
+    is_elevated = (heights > MIN_TABLE_HEIGHT) & (heights < MAX_TABLE_HEIGHT)
+    cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
+    found: list[tuple[float, Mask]] = []
+    while len(cells):
+        layers = np.unique(np.stack([(heights / step).astype(np.int64), cells]), axis=1)[0]
+        n_cells = np.convolve(np.bincount(layers), np.ones(3), "same")
+        if n_cells.max() * CELL**2 < 0.5 * min_area:
+            break
+        near = np.abs(heights - (int(np.argmax(n_cells)) + 0.5) * step) < 2.5 * step
+        # Narrow strips are edges of something else, such as the back of a chair.
+        layer = opened(closed(ground.count(cells[near]) > 0, 0.04), 0.04)
+        for piece in pieces(closed(layer, 0.12)):
+            if area(piece) >= min_area and diagonal(piece) >= min_diagonal:
+                height = float(np.median(heights[near][piece.ravel()[cells[near]]]))
+                # What stands on a table hides some of it, and casts a shadow.
+                found.append((height, closed(piece, 0.25)))
+        cells, heights = cells[~near], heights[~near]
+    return found
+
+
+def _is_upholstered_or_full(
+    ground: Ground,
+    height: float,
+    top: Mask,
+    cells: Array,
+    heights: Array,
+    *,
+    max_seat_height: float = 0.62,
+    min_bed_area: float = 1.5,
+    min_enclosed: float = 0.3,
+    min_filled: float = 0.65,
+) -> bool:
+    """Tell a sofa or a bed, low and wide or with a back and arms, and a full shelf.
+
+    cells, heights: (n,) of all surfaces.
+    min_enclosed: share of the edge along which something a little higher runs; a wall, which
+        is higher still, does not count. min_filled: share of the top with something over it.
+    """
+    over = cells[(heights > height + 0.05) & (heights < height + 0.45)]
+    if np.mean(ground.count(over)[top] > 0) > min_filled:
+        return True
+    if height > max_seat_height or area(top) > min_bed_area:
+        return height <= max_seat_height
+    highest = ground.highest(cells, heights)
+    inside = inset(top)
+    # Things on a table stand inside its outline, and only here and there along it.
+    is_rim = (inside > -0.14) & (inside <= 0)
+    rises = is_rim & (highest > height + 0.08) & (highest < 1.2)
+    is_edge = (inside > 0) & (inside <= CELL)
+    return float(np.mean(grown(rises, CELL)[is_edge])) > min_enclosed
+
+
+def _is_box(
+    ground: Ground,
+    height: float,
+    top: Mask,
+    cells: Array,
+    heights: Array,
+    *,
+    max_height: float = 0.55,
+    max_diagonal: float = 0.9,
+    min_closed: float = 0.7,
+) -> bool:
+    """Tell a low box, such as a pouf, from a coffee table, which has legs and is seen through.
+
+    cells, heights: (n,) of all surfaces. min_closed: share of the edge with a side below it.
+    """
+    if height > max_height or diagonal(top) > max_diagonal:
+        return False
+    inside = inset(top)
+    is_rim, is_edge = np.abs(inside) < 0.1, (inside > 0) & (inside <= CELL)
+    is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
+    sides = is_rim & (ground.count(cells[is_side]) > 0)
+    return float(np.mean(grown(sides, CELL)[is_edge])) > min_closed
+
+
+def _bulky_pieces(
+    highest: Array,
+    n_points: Array,
+    is_table: Mask,
+    *,
+    min_points: int = 6,
+    max_height: float = 1.3,
+    min_diagonal: float = 1.1,
+) -> list[Mask]:
+    """Return what stands on the floor and is wider than objects are, such as a sofa's back.
+
+    highest, n_points: (rows, columns) of all surfaces over the floor.
+    max_height: metres; what is higher is a wall.
+    """
+    is_wall = grown(highest >= max_height, 0.12)
+    is_bulk = (n_points >= min_points) & ~is_wall & ~is_table
+    return [piece for piece in pieces(is_bulk) if diagonal(piece) >= min_diagonal]

@@ -1,0 +1,157 @@
+"""Clusters on the supports (sec. II-A.2), each with its verdict."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+from scipy.ndimage import find_objects as find_windows
+
+from curiosight.teacher.cloud.planes import Mask
+from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
+from curiosight.teacher.things.feet import join_feet
+from curiosight.teacher.things.things import Surroundings, Thing, find_things
+from curiosight.teacher.things.touching import part_touching
+from curiosight.teacher.things.verdicts import Cluster, Verdict, judge
+
+Array = npt.NDArray[Any]
+
+
+def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
+    """Cluster what is on each table, the highest first, then the rest over the lowest support.
+
+    What is under a table stays out: its legs and apron are no objects, and would tie chairs
+    together. On a seat, a bed or a shelf nothing is an object, so the rest has it.
+
+    free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
+    each point's cluster, 0 = none, and the clusters in the order of their numbers.
+    """
+    judged = _judged(find_things(divide(free, around), around), around)
+    number = np.zeros(free.shape, np.int32)
+    for thing_number, (thing, _) in enumerate(judged, start=1):
+        number.ravel()[thing.members] = thing_number
+    carrier = np.array([-1, *(t.support if v is Verdict.OBJECT else -1 for t, v in judged)])
+    for place, support in enumerate(around.supports):
+        join_feet(
+            number,
+            carrier == place,
+            free,
+            support.heights,
+            around.points,
+            slab=support.settings.slab,
+            noise=around.settings.noise,
+        )
+    n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
+    windows = find_windows(number, max_label=len(judged))
+    measured = zip(judged, n_points, windows, strict=True)
+    return number, [_cluster(*pair, n, window, around) for pair, n, window in measured]
+
+
+def divide(free: Mask, around: Surroundings) -> Array:
+    """(h, w) int8: the place in `supports` of what each free point is over, -1 = of nothing."""
+    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
+    carrier, free = np.full(free.shape, -1, np.int8), free.copy()
+    for place, support in reversed(list(enumerate(around.supports))):
+        if support.carries_objects:
+            _take_over(free, bodies, support, place, around, carrier)
+    return carrier
+
+
+def _judged(things: list[Thing], around: Surroundings) -> list[tuple[Thing, Verdict]]:
+    """Return things with their verdicts; what is parted into objects stands last."""
+    judged = [(thing, judge(thing, around)) for thing in things]
+    parted = [
+        verdict is Verdict.OBJECT and around.supports[thing.support].settings.part_touching
+        for thing, verdict in judged
+    ]
+    if not any(parted):
+        return judged
+    whole = [thing for (thing, _), is_parted in zip(judged, parted, strict=True) if is_parted]
+    others = [pair for pair, is_parted in zip(judged, parted, strict=True) if not is_parted]
+    return [*others, *((thing, Verdict.OBJECT) for thing in part_touching(whole, around))]
+
+
+def _take_over(
+    free: Mask, bodies: Bodies, support: Support, place: int, around: Surroundings, carrier: Array
+) -> None:
+    """Set `carrier` to the place of a support where free points are over it.
+
+    They, and those under it, are free no more. All are (h, w).
+    """
+    nowhere = np.zeros((1, 1), np.bool_)
+    extent = nowhere if support.extent is None else support.extent
+    _divide(
+        free,
+        bodies.number,
+        beside_table(bodies, support),
+        extent,
+        extent if support.core is None else support.core,
+        support.heights,
+        around.points.depth,
+        support.settings.slab,
+        around.settings.noise,
+        support.settings.max_height,
+        place,
+        carrier,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _divide(
+    free: Array,
+    body: Array,
+    is_beside: Array,
+    extent: Array,
+    core: Array,
+    heights: Array,
+    depth: Array,
+    slab: float,
+    noise: float,
+    max_height: float,
+    place: int,
+    carrier: Array,
+) -> None:
+    """Set `carrier`, and change `free`, as `_take_over` says; all are (h, w).
+
+    extent, core: (1, 1) where the support has none. is_beside: (n_bodies,), see `beside_table`.
+    What is free inside the slab faces elsewhere: the foot of something, or a crease.
+    """
+    base, slope, highest = np.float32(slab), np.float32(noise), np.float32(max_height)
+    is_table, is_lowest = extent.shape == free.shape, place == 0
+    for v in range(free.shape[0]):
+        for u in range(free.shape[1]):
+            if not free[v, u]:
+                continue
+            height = heights[v, u]
+            band = base + slope * (depth[v, u] * depth[v, u])
+            is_in = is_table and extent[v, u] and not is_beside[body[v, u]]
+            is_under = is_in and height > -1.2 and (core[v, u] or height > -band)
+            is_over = band < 2 * height and height < highest and (is_in or is_lowest)
+            if is_over:
+                carrier[v, u] = place
+            free[v, u] = not (is_under or is_over)
+
+
+def _cluster(
+    thing: Thing,
+    verdict: Verdict,
+    n_points: int,
+    window: tuple[slice, slice],
+    around: Surroundings,
+) -> Cluster:
+    """Return a thing as the rest of the program knows it; n_points, window: with its foot."""
+    stride, support = around.points.stride, around.supports[thing.support]
+    rows, columns = window
+    ends = columns.start, rows.start, columns.stop, rows.stop
+    u_min, v_min, u_max, v_max = (stride * end for end in ends)
+    return Cluster(
+        verdict=verdict,
+        box=(u_min, v_min, u_max, v_max),
+        n_pixels=n_points * stride**2,
+        size=thing.size,
+        distance=thing.distance,
+        support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
+    )

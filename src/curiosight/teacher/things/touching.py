@@ -1,0 +1,145 @@
+"""Things that touch, told apart: patches of smooth surface, joined where they are one object."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.teacher.cloud.planes import noise_band
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.things.groups import Groups
+from curiosight.teacher.things.hollows import find_hollows
+from curiosight.teacher.things.meetings import TOUCHING, Patches
+from curiosight.teacher.things.patches import find_patches
+from curiosight.teacher.things.things import Surroundings, Thing, measure_things
+from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
+
+Array = npt.NDArray[Any]
+
+
+def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
+    """Return the objects that things consist of, together the same points.
+
+    Two patches are one object where they meet convexly, where one is the inside of a bowl or a
+    cup that the other is the outside of, where both are beside one hollow, and where they are one
+    surface that goes on behind something, even if the two were of different things.
+    """
+    box, noise = _box_around(things), around.settings.noise
+    points = _window(around.points, box)
+    thing: Array = np.zeros(around.points.depth.shape, np.int32)
+    for number, one in enumerate(things, start=1):
+        thing.ravel()[one.members] = number
+    thing = thing[box]
+    patch = find_patches(thing, points, noise)
+    # A thing without a patch stays in one piece.
+    patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
+    where = np.flatnonzero(patch)
+    groups = Groups.of(where, patch.take(where))
+    whose = thing.take(groups.members[groups.start[:-1]])
+    support = np.array([one.support for one in things]).take(whose - 1)
+    heights, is_level = _over_supports(things, thing, box, around)
+    patches = Patches.measure(groups, points, heights.take(groups.members), noise)
+    same = patches.meet_convexly() | patches.are_inside() | patches.go_on_behind()
+    parent = np.arange(len(groups))
+    join_linked(same & (support[:, None] == support), parent)
+    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
+    min_points = around.settings.min_cluster_px / points.stride**2
+    _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
+    v, u = np.divmod(groups.members, thing.shape[1])
+    width = around.points.depth.shape[1]
+    whole = replace(groups, members=(v + box[0].start) * width + u + box[1].start)
+    object_of_patch = number_sets(parent)
+    support_of_object = np.empty(object_of_patch.max() + 1, np.int64)
+    support_of_object[object_of_patch] = support
+    objects = whole.joined(object_of_patch)
+    return measure_things(objects, support_of_object, np.ones(len(objects), np.bool_), around)
+
+
+def _over_supports(
+    things: list[Thing], thing: Array, box: tuple[slice, slice], around: Surroundings
+) -> tuple[Array, Array]:
+    """(h, w) metres of the things' points over their supports, and whether a point is on one.
+
+    thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
+    """
+    heights, is_level = np.zeros(thing.shape, np.float32), np.zeros(thing.shape, np.bool_)
+    support = np.array([-1, *(one.support for one in things)]).take(thing)
+    for place in sorted({one.support for one in things}):
+        over = around.supports[place]
+        slab = noise_band(around.points.depth[box], over.settings.slab, around.settings.noise)
+        is_level |= np.abs(over.heights[box]) < slab
+        heights = np.where(support == place, over.heights[box], heights)
+    return heights, is_level
+
+
+def _box_around(things: list[Thing]) -> tuple[slice, slice]:
+    """Return the rows and columns of the grid that hold all of the things."""
+    left, top, right, bottom = zip(*(thing.box for thing in things), strict=True)
+    return slice(min(top), max(bottom)), slice(min(left), max(right))
+
+
+def _window(points: Points, box: tuple[slice, slice]) -> Points:
+    """Return the points in some rows and columns of the grid."""
+    xyz, normals, depth, area = (
+        np.ascontiguousarray(grid[box])
+        for grid in (points.xyz, points.normals, points.depth, points.area)
+    )
+    return Points(xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride)
+
+
+def _find_hollows(
+    things: list[Thing], thing: Array, is_level: Array, points: Points, box: tuple[slice, slice]
+) -> Array:
+    """(h, w) int32 number of the thing that each point is inside of, 0 = none.
+
+    thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
+    is_level: (h, w) bool, as high as the support.
+    """
+    left, top = box[1].start, box[0].start
+    boxes = [
+        (number, (u_min - left, v_min - top, u_max - left, v_max - top))
+        for number, (u_min, v_min, u_max, v_max) in enumerate((one.box for one in things), start=1)
+    ]
+    return find_hollows(thing, boxes, is_level & (thing == 0), points)
+
+
+def _join_around(
+    hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int = 2
+) -> None:
+    """Join the patches of a thing beside one of its hollows: the wall of one pot or open box.
+
+    All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
+    """
+    n_pieces, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    for one in range(1, n_pieces):
+        is_hollow = piece == one
+        is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
+        wall = np.unique(patch[is_beside & (thing == hollows[is_hollow][0])]) - 1
+        for other in wall[1:]:
+            join_nodes(parent, int(wall[0]), int(other))
+
+
+def _join_small(touching: Array, sizes: Array, whose: Array, least: float, parent: Array) -> None:
+    """Join what is too small to be an object with what it touches most, or its thing's largest.
+
+    touching: (n, n) pairs of neighbours. sizes: (n,) points of each patch. whose: (n,) thing.
+    """
+    while True:
+        number = number_sets(parent)
+        total = np.bincount(number, sizes)
+        for small in np.argsort(total, kind="stable"):
+            is_in = number == small
+            others = (~is_in) & (whose == whose[is_in][0])
+            if total[small] < least and others.any():
+                shared = np.where(others, touching[is_in].sum(axis=0), -1)
+                # Where it touches nothing, the largest.
+                best = np.lexsort((np.where(others, total[number], -1), shared))[-1]
+                join_nodes(parent, int(np.flatnonzero(is_in)[0]), int(best))
+                break
+        else:
+            return

@@ -1,6 +1,0 @@
-"""The fixed part of a room: floor, walls, windows, doors, lamps, and what hangs on walls."""
-
-from curiosight.worlds.rooms.shell.drawing import Shell, draw_shell
-from curiosight.worlds.rooms.shell.walls import Opening
-
-__all__ = ["Opening", "Shell", "draw_shell"]

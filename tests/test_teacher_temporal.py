@@ -1,0 +1,133 @@
+"""Memory of several views: votes on voxels, and what they correct."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curiosight.frame import Camera, Frame, Label
+from curiosight.teacher import Survey, Teacher, TemporalTeacher
+from curiosight.teacher.memory.votes import FREE, VoxelVotes
+from room import ROOM, Box, look, render
+from scenes import CAMERA, WALL, as_frame, see
+
+UP = np.array([0.0, 0.0, 1.0])
+CUBE = Box((0.0, 0.0, 0.15), (0.30, 0.30, 0.30), (200, 40, 40))
+TINY = Camera(4, 3, 2.0, 2.0, 1.5, 1.0)
+
+
+def teacher() -> TemporalTeacher:
+    return TemporalTeacher(Teacher(Survey("floor", UP, 0.0)))
+
+
+def view(*boxes: Box, aside: float = 0.0, distance: float = 1.9) -> tuple[Frame, np.ndarray]:
+    """Return a frame that looks past the origin by some metres, and where the cube is in it."""
+    pose = look(0.0, distance=distance, height=1.0, tilt_deg=25.0)
+    pose[0, 3] += aside
+    seen = render(CAMERA, pose, (*boxes, WALL))
+    return as_frame(seen, CAMERA, pose), seen.surface == 1
+
+
+def salient_share(labels: np.ndarray, where: np.ndarray) -> float:
+    return float(np.mean(labels[where] == Label.SALIENT))
+
+
+def test_thing_cut_by_the_image_is_salient_once_it_was_seen_whole_twice() -> None:
+    temporal = teacher()
+    cut, where = view(CUBE, aside=1.2)
+    assert where[:, :10].any()
+    assert salient_share(temporal.segment(cut).labels, where) == 0
+    temporal.remember([view(CUBE, aside=0.4)[0], view(CUBE, aside=0.7)[0]])
+    assert salient_share(temporal.segment(cut).labels, where) > 0.8
+
+
+def test_one_view_of_a_thing_is_not_enough() -> None:
+    temporal = teacher()
+    temporal.remember([view(CUBE)[0]])
+    cut, where = view(CUBE, aside=1.2)
+    assert salient_share(temporal.segment(cut).labels, where) == 0
+
+
+def test_thing_that_has_gone_is_forgotten() -> None:
+    temporal = teacher()
+    temporal.remember([view(CUBE, aside=0.4)[0], view(CUBE, aside=0.7)[0], view(aside=0.1)[0]])
+    cut, where = view(CUBE, aside=1.2)
+    # Its lowest part is too close to the floor behind it to be told from it.
+    assert salient_share(temporal.segment(cut).labels, where) < 0.2
+
+
+@pytest.mark.parametrize("drift", [0.01, 0.03])
+def test_drift_of_the_pose_by_centimetres_does_no_harm(drift: float) -> None:
+    temporal = teacher()
+    for step, frame in enumerate([view(CUBE, aside=0.4)[0], view(CUBE, aside=0.7)[0]]):
+        pose = frame.T_world_camera.copy()
+        pose[:2, 3] += drift * np.array([1, -1]) * (-1) ** step
+        temporal.segment(replace(frame, T_world_camera=pose))
+    cut, where = view(CUBE, aside=1.2)
+    labels = temporal.segment(cut).labels
+    assert salient_share(labels, where) > 0.85
+    assert salient_share(labels, ~where & (cut.depth < 4)) < 0.005
+
+
+def test_what_most_views_took_for_background_is_taken_back() -> None:
+    temporal = teacher()
+    frame, where = view(CUBE)
+    pose = frame.T_world_camera
+    voxels = temporal.votes.voxels_of(frame.depth, CAMERA, pose)
+    for _ in range(4):
+        temporal.votes.add(voxels, np.where(where, Label.NOT_SALIENT, Label.UNKNOWN))
+    labels = temporal.segment(frame).labels
+    assert salient_share(labels, where) < 0.05
+    assert np.mean(labels[where] == Label.UNKNOWN) > 0.9
+
+
+def test_frame_without_pose_is_as_the_teacher_sees_it_and_leaves_no_trace() -> None:
+    temporal = teacher()
+    frame, _ = see(ROOM)
+    assert np.array_equal(temporal.segment(frame).labels, temporal.teacher.segment(frame).labels)
+    assert len(temporal.votes) == 0
+
+
+def test_every_view_has_one_vote_a_voxel_for_what_most_of_its_pixels_say() -> None:
+    votes = VoxelVotes()
+    voxels = np.array([7, 7, 7, 8, 9, FREE])
+    said = [Label.SALIENT, Label.SALIENT, Label.NOT_SALIENT, Label.NOT_SALIENT, Label.UNKNOWN, 255]
+    votes.add(voxels, np.array(said, np.uint8))
+    assert votes.balance(np.array([7, 8, 9, FREE])).tolist() == [[1, 1], [-1, 0], [0, 0], [0, 0]]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 40), st.sampled_from([0, 125, 255])), max_size=200))
+def test_votes_equal_a_dictionary_of_counts(cast: list[tuple[int, int]]) -> None:
+    votes, expected = VoxelVotes(capacity=64), dict.fromkeys(range(41), 0)
+    for voxel, label in cast:
+        votes.add(np.array([voxel]), np.array([label], np.uint8))
+        expected[voxel] += {0: -1, 125: 0, 255: 1}[label]
+    assert votes.balance(np.arange(41))[:, 0].tolist() == list(expected.values())
+
+
+def test_table_grows_and_keeps_its_votes() -> None:
+    votes = VoxelVotes(capacity=64)
+    many = np.arange(5000)
+    votes.add(many, np.full(5000, Label.SALIENT, np.uint8))
+    votes.add(many[::2], np.full(2500, Label.NOT_SALIENT, np.uint8))
+    assert len(votes) >= 5000
+    assert votes.balance(many)[:, 0].tolist() == [0, 1] * 2500
+
+
+def test_voxels_are_the_cells_of_the_surface_in_the_world() -> None:
+    depth = np.array([[1, 2, np.nan, 3]] * 3, np.float32)
+    pose = look(30.0, distance=1.0, height=1.0, tilt_deg=20.0)
+    found = VoxelVotes(side=0.1).voxels_of(depth, TINY, pose)
+    u, v = np.meshgrid(np.arange(4), np.arange(3))
+    rays = np.stack([(u - 1.5) / 2, (v - 1.0) / 2, np.ones_like(u)], axis=-1)
+    cells = np.floor(((rays * depth[..., None]) @ pose[:3, :3].T + pose[:3, 3]) / 0.1)
+    is_seen = np.isfinite(depth)
+    assert (found[~is_seen] == FREE).all()
+    key = [hash(tuple(cell)) for cell in cells[is_seen]]
+    same = np.equal.outer(key, key)
+    assert np.array_equal(same, np.equal.outer(found[is_seen], found[is_seen]))
