@@ -11,15 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curiosight.datasets import (
-    Video,
-    check_dataset,
-    open_dataset,
-    osd,
-    seven_scenes,
-    tum_rgbd,
-)
-from curiosight.datasets.camera_file import scaled_camera
+from curiosight.datasets import Video, check_dataset, open_dataset
+from curiosight.datasets.cameras.camera_file import scaled_camera
+from curiosight.datasets.layouts import osd, seven_scenes, tum_rgbd
 from curiosight.datasets.listing import natural_key
 from curiosight.datasets.trajectory import Trajectory, parse_stamp
 from curiosight.frame import Camera

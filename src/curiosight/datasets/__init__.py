@@ -5,12 +5,21 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from curiosight.datasets.bop import Bop
 from curiosight.datasets.check import check_dataset
-from curiosight.datasets.folder import Folder
-from curiosight.datasets.images import Images
-from curiosight.datasets.osd import Osd
+from curiosight.datasets.layouts.bop import Bop
+from curiosight.datasets.layouts.folder import Folder
+from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
+from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
+from curiosight.datasets.layouts.rl_iac import RlIac
+from curiosight.datasets.layouts.rl_iac_tables import GraphNode
+from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
+from curiosight.datasets.layouts.seven_scenes import SevenScenes
+from curiosight.datasets.layouts.tum_rgbd import TumRgbd
+from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
+from curiosight.datasets.reading import AS_RECORDED, Reading
 from curiosight.datasets.recording import (
     Dataset,
     Entry,
@@ -18,17 +27,10 @@ from curiosight.datasets.recording import (
     KnowsInstances,
     Recording,
 )
-from curiosight.datasets.rgbd_scenes import ObjectBox, RgbdScenes
-from curiosight.datasets.rgbd_scenes_v2 import RgbdScenesV2
-from curiosight.datasets.rl_iac import RlIac
-from curiosight.datasets.rl_iac_tables import GraphNode
-from curiosight.datasets.rl_iac_writer import RlIacWriter, write_rl_iac
-from curiosight.datasets.seven_scenes import SevenScenes
-from curiosight.datasets.tum_rgbd import TumRgbd
-from curiosight.datasets.video import Video
 from curiosight.errors import DataError
 
 __all__ = [
+    "AS_RECORDED",
     "SOURCES",
     "Bop",
     "Dataset",
@@ -41,6 +43,7 @@ __all__ = [
     "ObjectBox",
     "Osd",
     "Prefetch",
+    "Reading",
     "Recording",
     "RgbdScenes",
     "RgbdScenesV2",
@@ -68,30 +71,33 @@ SOURCES = (
     Video,
 )
 
-LOOKED_FOR = (
-    "looked for frame-*.color.* with frame-*.depth.png (7-Scenes), rgb.txt with depth.txt "
-    "(TUM RGB-D), image_color/ with depth/ (OSD), desk_1/desk_1_1_depth.png (RGB-D Scenes v1), "
-    "imgs/scene_* (RGB-D Scenes v2), scene_camera.json (BOP), x.png with x_depth.png (RL-IAC), "
-    "rgb/ with depth/ and camera.json (plain folder), and images"
-)
+LOOKED_FOR = "looked for " + "; ".join(f"{source.evidence} ({source.name})" for source in SOURCES)
 
 
-def open_dataset(path: Path | str, *, ground_truth: Path | str | None = None) -> Recording | Video:
+def open_dataset(
+    path: Path | str,
+    *,
+    ground_truth: Path | str | None = None,
+    reading: Reading = AS_RECORDED,
+) -> Recording | Video:
     """Open a recording; its layout is guessed from the folder, and its `name` tells the guess.
 
     ground_truth: folder of `<id>.png` (255 salient, 0 not salient, else ignored) to use
-    instead of the recording's own. Raises `DataError` for what cannot be opened.
+    instead of the recording's own. reading: what overrules the recording's own unit, poses and
+    cameras. Raises `DataError` for what cannot be opened.
     """
     path = Path(path)
     try:
         dataset = _open(path)
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
-    if ground_truth is None:
-        return dataset
     if isinstance(dataset, Video):
-        raise DataError(path, "is a video", "ground truth needs a folder of images")
-    return dataset.with_ground_truth(Path(ground_truth))
+        if ground_truth is not None or reading != AS_RECORDED:
+            raise DataError(path, "is a video", "ground truth and depth need a folder of images")
+        return dataset
+    if reading != AS_RECORDED:
+        dataset = dataset.read_as(reading)
+    return dataset if ground_truth is None else dataset.with_ground_truth(Path(ground_truth))
 
 
 def _open(path: Path) -> Recording | Video:

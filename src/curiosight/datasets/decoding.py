@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Depth, Rgb
+from curiosight.frame import Rgb
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_START = b"\xff\xd8"
@@ -24,28 +24,14 @@ class UnreadableFile(Exception):  # noqa: N818 - becomes a Frame's `problem`, ne
     """Name a file of a recording and what is wrong with it, such as "a.png is truncated"."""
 
 
-class EightBitDepth(UnreadableFile):
-    """Name a depth image that has 8 bits a pixel: no distances can be read from it."""
-
-
 def read_rgb(path: Path) -> Rgb:
     """Read a colour image as (H, W, 3) uint8, red first; raise `UnreadableFile`."""
     return cv2.cvtColor(_decode(path, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)  # type: ignore[no-any-return]
 
 
-def read_depth(path: Path, depth_scale: float) -> Depth:
-    """Read a 16-bit depth image as (H, W) float32 metres; raise `UnreadableFile`.
-
-    depth_scale: metres per unit. 0 (no echo) and 65535 (out of range) become NaN.
-    """
-    raw = _decode(path, cv2.IMREAD_UNCHANGED)
-    if raw.dtype == np.uint8:
-        raise EightBitDepth(f"{path.name} has 8 bits a pixel where depth needs 16")
-    if raw.dtype != np.uint16 or raw.ndim != 2:
-        raise UnreadableFile(f"{path.name} is not a 16-bit depth image")
-    depth: Depth = raw.astype(np.float32) * np.float32(depth_scale)
-    depth[(raw == 0) | (raw == 65535)] = np.nan
-    return depth
+def decode_unchanged(path: Path) -> npt.NDArray[Any]:
+    """Read an image as it is stored, whatever its channels and bits; raise `UnreadableFile`."""
+    return _decode(path, cv2.IMREAD_UNCHANGED)
 
 
 def read_grey(path: Path) -> npt.NDArray[Any]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from curiosight.datasets import seven_scenes, tum_rgbd
+from curiosight.datasets.layouts import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
 from curiosight.rooms.viewpoints import camera_pose

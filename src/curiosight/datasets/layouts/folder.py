@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from curiosight.datasets.camera_file import FILE_NAME, REMEDY, read_camera_file
+from curiosight.datasets.cameras.camera_file import FILE_NAME, REMEDY, read_camera_file
+from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.trajectory import Trajectory, parse_stamp, read_trajectory
@@ -24,6 +25,7 @@ class Folder(Recording):
     """A folder with `rgb/` and `depth/`, files of the same names, registered to each other."""
 
     name = "plain folder"
+    evidence = "rgb/ with depth/"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -62,7 +64,7 @@ class Folder(Recording):
             path,
             entries,
             calibration.camera,
-            depth_scale=calibration.depth_scale,
+            depth_form=DepthForm(calibration.depth_scale),
             remarks=remarks,
         )
 

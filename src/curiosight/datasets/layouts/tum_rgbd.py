@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.camera_file import read_camera_file
+from curiosight.datasets.cameras.calibration import Usual, find_calibration
+from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import find_ground_truth, frame_id
-from curiosight.datasets.recording import Entry, Recording, assume_camera
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
@@ -17,6 +19,9 @@ from curiosight.frame import Camera, Pose
 # at all distances, from the share of readings a column and row over 121 frames of fr1/rpy.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
 DEPTH_SCALE = 1 / 5000
+USUAL = Usual(
+    CAMERA, DEPTH_SCALE, "the benchmark's default intrinsics and its unit, 0.0002 m, are taken"
+)
 MAX_OFFSET_NS = 20_000_000
 
 
@@ -24,6 +29,7 @@ class TumRgbd(Recording):
     """A sequence of the TUM RGB-D benchmark, or one recorded in its form."""
 
     name = "TUM RGB-D"
+    evidence = "rgb.txt with depth.txt"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -48,19 +54,13 @@ class TumRgbd(Recording):
             n_left_out = len(colour) - len(pairs)
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
         entries = _entries(path, pairs, remarks)
-        calibration = read_camera_file(path) or assume_camera(
-            path,
-            entries,
-            CAMERA,
-            DEPTH_SCALE,
-            remarks,
-            "the benchmark's default intrinsics are used",
-        )
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks, USUAL)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_scale=calibration.depth_scale,
+            depth_form=DepthForm(calibration.depth_scale),
             remarks=remarks,
         )
 

@@ -8,19 +8,21 @@ from typing import Self
 
 import numpy as np
 
-from curiosight.datasets.camera_file import (
+from curiosight.datasets.cameras.calibration import Usual, find_calibration
+from curiosight.datasets.cameras.camera_file import (
     GROUND_TRUTH_VALUES,
     LabelValues,
-    read_camera_file,
     scaled_camera,
 )
+from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
     list_images,
     subfolder,
 )
-from curiosight.datasets.recording import Entry, InstanceTruth, Recording, assume_camera
+from curiosight.datasets.recording import Entry, InstanceTruth, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.frame import Camera, Label
 
 COLOUR_FOLDERS = ("image_color", "rgb")
@@ -31,13 +33,13 @@ OSD_VALUES = LabelValues(support=frozenset({0}), objects_from=1)
 # registered depth ends on the right and at the bottom in OSD's 45 learning scenes; on the
 # other two sides its makers cut depth to the table, so that nothing can be said.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(0, 0, 567, 476))
-MILLIMETRE = 0.001
 
 
 class Osd(Recording):
     """The Object Segmentation Database, or OCID down to any of its folders."""
 
     name = "OSD / OCID"
+    evidence = "image_color/ with depth/, or rgb/, depth/ and label/"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -52,9 +54,8 @@ class Osd(Recording):
             for entry in _list_sequence(path, sequence, prefix)
         ]
         remarks: list[str] = []
-        calibration = read_camera_file(path) or assume_camera(
-            path, entries, CAMERA, MILLIMETRE, remarks
-        )
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks, Usual(CAMERA))
         self._annotations = _annotations(sequences)
         self._annotated_values = calibration.labels or OSD_VALUES
         label_values = GROUND_TRUTH_VALUES
@@ -73,7 +74,7 @@ class Osd(Recording):
             path,
             entries,
             _with_window(path, calibration.camera),
-            depth_scale=calibration.depth_scale,
+            depth_form=DepthForm(calibration.depth_scale),
             label_values=label_values,
             remarks=remarks,
         )

@@ -13,17 +13,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets.camera_file import FILE_NAME
-from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset
-from curiosight.datasets.rl_iac import IMAGE_FOLDER, MILLIMETRE
-from curiosight.datasets.rl_iac_tables import (
+from curiosight.datasets.cameras.camera_file import FILE_NAME
+from curiosight.datasets.layouts.rl_iac import IMAGE_FOLDER, MILLIMETRE
+from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
     GraphNode,
     format_graph,
     format_regions,
 )
+from curiosight.datasets.prefetch import Prefetch
+from curiosight.datasets.recording import Dataset
 from curiosight.errors import DataError
 from curiosight.files import replace_file, writing
 from curiosight.frame import Camera, Depth, Frame

@@ -12,6 +12,7 @@ class Images(Recording):
     """A folder of images, or of one layout's colour images, without depth."""
 
     name = "folder of images"
+    evidence = "images without depth"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
