@@ -7,8 +7,10 @@ from pathlib import Path
 
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.layouts.bop import Bop
+from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
 from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.osd import Osd
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
 from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
@@ -34,12 +36,14 @@ __all__ = [
     "SOURCES",
     "Bop",
     "Dataset",
+    "DexNet",
     "Entry",
     "Folder",
     "GraphNode",
     "Images",
     "KnowsDistances",
     "KnowsInstances",
+    "Named",
     "ObjectBox",
     "Osd",
     "Prefetch",
@@ -67,6 +71,8 @@ SOURCES = (
     Osd,
     Folder,
     RlIac,
+    DexNet,
+    Named,
     Images,
     Video,
 )
@@ -111,10 +117,12 @@ def _open(path: Path) -> Recording | Video:
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
     inside = [child for child in sorted(path.iterdir()) if _has_depth(child)]
+    if not inside and Named.recognises_below(path):
+        return Named(path)
     remedy = f"did you mean {inside[0]}?" if inside else LOOKED_FOR
     raise DataError(path, "is no recording of a known layout", remedy)
 
 
 def _has_depth(path: Path) -> bool:
-    with_depth = (source for source in SOURCES if source not in (Images, Video))
+    with_depth = (source for source in SOURCES if source not in (Named, Images, Video))
     return any(source.recognises(path) for source in with_depth)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from curiosight.frame import Depth
 ARRAY_ENDINGS = (".npy", ".npz")
 DEPTH_ENDINGS = (".png", ".pgm", ".tif", ".tiff", *ARRAY_ENDINGS)
 OUT_OF_RANGE = 65535
+MAX_METRES = 100.0
 N_BITS = 16
 
 Raw = npt.NDArray[Any]
@@ -31,11 +33,13 @@ class DepthForm:
     scale: metres per unit of whole numbers. float_scale: of floats; what writes floats mostly
         means metres.
     rotated_bits: how far the 16 bits are rotated to the left, as SUN RGB-D stores them.
+    is_assumed: no file says the unit; it is what the layout mostly has.
     """
 
     scale: float = 0.001
     float_scale: float = 1.0
     rotated_bits: int = 0
+    is_assumed: bool = False
 
     def unit_m(self, raw: Raw) -> float:
         """Return metres per unit of (H, W) numbers."""
@@ -57,6 +61,23 @@ class DepthForm:
 
 
 MILLIMETRES = DepthForm()
+ASSUMED = DepthForm(is_assumed=True)
+
+
+def assumed_form(paths: Iterable[Path], scale: float = 0.001) -> DepthForm:
+    """Return how depth is read where no file says it: floats as metres, or as millimetres.
+
+    scale: metres per unit of whole numbers. Floats of some hundreds can be no metres.
+    """
+    for path in paths:
+        try:
+            raw = read_raw_depth(path)
+        except UnreadableFile:
+            continue
+        known = raw[np.isfinite(raw) & (raw > 0)] if raw.dtype.kind == "f" else raw[:0]
+        is_metric = not known.size or float(np.median(known)) < MAX_METRES
+        return DepthForm(scale, 1.0 if is_metric else 0.001, is_assumed=True)
+    return DepthForm(scale, is_assumed=True)
 
 
 def rotate_right(raw: Raw, n_bits: int) -> Raw:

@@ -18,12 +18,11 @@ from curiosight.datasets.cameras.camera_file import (
 )
 from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_camera, with_window
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
-from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth, read_raw_depth
+from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
 from curiosight.datasets.reading import Reading
 from curiosight.datasets.sizes import (
-    check_depth_bits,
     check_frame_size,
-    first_size,
+    first_depth,
     fit_camera,
     fit_to,
     has_shape_of,
@@ -36,6 +35,7 @@ GroundTruth = npt.NDArray[np.uint8]
 InstanceTruth = npt.NDArray[np.int32]
 Image = TypeVar("Image", Rgb, Depth)
 
+UNITS = {1.0: "a metre", 0.001: "a millimetre"}
 # What the makers of phones call medium; below it are edges and what is too far.
 USUAL_CONFIDENCE = 1
 
@@ -159,11 +159,14 @@ class Recording:
         self.size = image_size(path, [entry.rgb for entry in self.entries])
         self.camera = None if camera is None else fit_camera(path, camera, self.size)
         self.depth_size: tuple[int, int] | None = None
+        self._has_floats = False
         if camera is not None:
             depth_files = [entry.depth for entry in self.entries if entry.depth]
-            check_depth_bits(depth_files)
-            self.depth_size = first_size(depth_files, read_raw_depth)
-            remarks = [*remarks, *self._remarks_on_sizes(camera)]
+            raw = first_depth(depth_files)
+            if raw is not None:
+                self.depth_size = raw.shape[1], raw.shape[0]
+                self._has_floats = raw.dtype.kind == "f"
+            remarks = [*remarks, *self._remarks_on_units(), *self._remarks_on_sizes(camera)]
         self.remarks = tuple(remarks)
 
     @property
@@ -178,8 +181,8 @@ class Recording:
 
     @property
     def depth_scale(self) -> float:
-        """Return metres per unit of depth, where that is in whole numbers."""
-        return self.depth_form.scale
+        """Return metres per unit of depth."""
+        return self.depth_form.float_scale if self._has_floats else self.depth_form.scale
 
     def __len__(self) -> int:
         return len(self.entries)
@@ -308,6 +311,12 @@ class Recording:
                 "not registered to colour (--depth-camera FILE can say how it is)"
             )
         return fit_to(depth, self.size)
+
+    def _remarks_on_units(self) -> Iterator[str]:
+        """Say in what unit depth is taken to be, where no file says it."""
+        if self.depth_form.is_assumed:
+            unit = UNITS.get(self.depth_scale, f"{self.depth_scale:.6g} m")
+            yield f"no file says the unit of depth: {unit} is taken"
 
     def _remarks_on_sizes(self, camera: Camera) -> Iterator[str]:
         """Say where the intrinsics, or depth, are brought to the size of the colour images."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.decoding import UnreadableFile, read_rgb
-from curiosight.datasets.depth_files import EightBitDepth, read_raw_depth
+from curiosight.datasets.depth_files import EightBitDepth, Raw, read_raw_depth
 from curiosight.errors import DataError
 from curiosight.frame import Camera
 
@@ -70,21 +70,23 @@ def first_size(paths: Iterable[Path], read: Callable[[Path], npt.NDArray[Any]]) 
     return None
 
 
-def check_depth_bits(images: Iterable[Path]) -> None:
-    """Raise `DataError` where depth has 8 bits a pixel and no image has the 16 it needs."""
+def first_depth(images: Iterable[Path]) -> Raw | None:
+    """Return the first depth image that can be read, as it is stored; None if none can.
+
+    Raises `DataError` where depth has 8 bits a pixel and no image has the 16 it needs.
+    """
     eight_bit = None
     for path in images:
         try:
-            read_raw_depth(path)
+            return read_raw_depth(path)
         except EightBitDepth:
             eight_bit = eight_bit or path
         except UnreadableFile:
             continue
-        else:
-            return
     if eight_bit:
         remedy = "export 16-bit PNG: distances cannot be recovered from 8 bits"
         raise DataError(eight_bit, "is depth of 8 bits a pixel, like all of it here", remedy)
+    return None
 
 
 def check_frame_size(path: Path, shape: Sequence[int], size: Size) -> None:

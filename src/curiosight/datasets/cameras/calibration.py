@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from curiosight.datasets.cameras.camera_file import (
     FILE_NAME,
     KEYS,
+    REQUIRED,
     CameraFile,
     read_camera_file,
     scaled_camera,
@@ -34,29 +34,22 @@ USUAL_SIZES = (
 KINECT = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 
 
-@dataclass(frozen=True, slots=True)
-class Usual:
-    """What a layout is known for, where a recording does not say it.
-
-    depth_scale: metres per unit. remark: whose intrinsics these are.
-    """
-
-    camera: Camera = KINECT
-    depth_scale: float = 0.001
-    remark: str = "the usual intrinsics of a Kinect are assumed"
+KINECTS = "the usual intrinsics of a Kinect are assumed"
 
 
 def find_calibration(
     path: Path,
     size: Size,
     remarks: list[str],
-    usual: Usual = Usual(),
+    usual: Camera = KINECT,
     *,
+    whose: str = KINECTS,
     avoid: Sequence[str] = (),
 ) -> CameraFile:
-    """Return the camera and unit of depth of a recording, and remark on where they are from.
+    """Return the camera of a recording and its unit of depth, and remark on where they are from.
 
-    size: (width, height) of the colour images. avoid: names of files that hold no camera.
+    size: (width, height) of the colour images. usual: what the layout is known for, where no
+    file says it; whose: these are, in words. avoid: names of files that hold no camera.
     Raises `DataError` where `camera.json` is no good.
     """
     if (path / FILE_NAME).is_file() and not _is_of_others(path / FILE_NAME):
@@ -65,19 +58,14 @@ def find_calibration(
         return own
     found = find_camera(path, avoid=avoid)
     if found is None:
-        remarks.append(f"no camera.json: {usual.remark}")
-        return CameraFile(scaled_camera(usual.camera, size), usual.depth_scale)
+        remarks.append(f"no camera.json: {whose}")
+        return CameraFile(scaled_camera(usual, size), None, is_assumed=True)
     camera = found.camera(_size_of(found, size))
-    name = _shown(found.path, path)
-    if found.depth_scale is None:
-        unit = f"it says no unit of depth: {usual.depth_scale:.6g} m is taken"
-    else:
-        unit = f"a unit of depth is {found.depth_scale:.6g} m"
     remarks.append(
-        f"camera of {name}: fx {found.fx:.6g}, fy {found.fy:.6g}, cx {found.cx:.6g}, "
-        f"cy {found.cy:.6g}; {unit}"
+        f"camera of {_shown(found.path, path)}: fx {camera.fx:.6g}, fy {camera.fy:.6g}, "
+        f"cx {camera.cx:.6g}, cy {camera.cy:.6g}"
     )
-    return CameraFile(camera, found.depth_scale or usual.depth_scale)
+    return CameraFile(camera, found.depth_scale)
 
 
 def _is_of_others(path: Path) -> bool:
@@ -85,6 +73,8 @@ def _is_of_others(path: Path) -> bool:
     if read_intrinsics(path) is None:
         return False
     keys = {place.partition("/")[0] for place, _ in read_leaves(path) or []}
+    if keys.issuperset(REQUIRED):
+        return False
     unknown = [key for key in keys if key not in KEYS]
     mistyped = [
         key

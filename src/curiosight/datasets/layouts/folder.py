@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from curiosight.datasets.cameras.camera_file import FILE_NAME, REMEDY, read_camera_file
-from curiosight.datasets.depth_files import DepthForm
-from curiosight.datasets.listing import find_ground_truth, list_images
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.depth_files import DEPTH_ENDINGS, assumed_form
+from curiosight.datasets.listing import find_ground_truth, list_images, natural_key
+from curiosight.datasets.pairs import match_names
 from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import Trajectory, parse_stamp, read_trajectory
 from curiosight.errors import DataError
 
@@ -33,26 +35,25 @@ class Folder(Recording):
         return (path / "rgb").is_dir() and (path / "depth").is_dir()
 
     def __init__(self, path: Path) -> None:
-        calibration = read_camera_file(path)
-        if calibration is None:
-            raise DataError(path, f"has no {FILE_NAME}", REMEDY)
         images = list_images(path / "rgb")
         if not images:
             raise DataError(path / "rgb", "holds no images", "add colour images")
-        if not any((path / "depth").glob("*.png")):
-            raise DataError(path / "depth", "holds no .png files", "add 16-bit depth images")
-        rows: Sequence[int | None] = [None] * len(images)
         remarks: list[str] = []
+        depth = _depth_of(path / "depth", images, remarks)
+        size = image_size(path, list(images.values()))
+        calibration = find_calibration(path, size, remarks)
+        rows: Sequence[int | None] = [None] * len(images)
         if (path / POSE_FILE).is_file():
             trajectory = read_trajectory(path / POSE_FILE)
-            rows, remarks = _match_rows(path / POSE_FILE, trajectory, list(images))
+            rows, remark = _match_rows(path / POSE_FILE, trajectory, list(images))
+            remarks += remark
             poses = trajectory.poses()
         ground_truth = find_ground_truth(path)
         entries = [
             Entry(
                 id=id,
                 rgb=rgb,
-                depth=path / "depth" / f"{rgb.stem}.png",
+                depth=depth[id],
                 T_world_camera=None if row is None else poses[row],
                 stamp_ns=None if row is None else int(trajectory.stamps_ns[row]),
                 ground_truth=ground_truth.get(id),
@@ -60,13 +61,39 @@ class Folder(Recording):
             )
             for (id, rgb), row in zip(images.items(), rows, strict=True)
         ]
+        assumed = assumed_form(entry.depth for entry in entries if entry.depth)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(assumed),
             remarks=remarks,
         )
+
+
+def _depth_of(folder: Path, images: dict[str, Path], remarks: list[str]) -> dict[str, Path]:
+    """Return the depth file of each frame; where names differ, by what is alike in them."""
+    files = [
+        path
+        for path in sorted(folder.iterdir(), key=lambda path: natural_key(path.name))
+        if path.suffix.lower() in DEPTH_ENDINGS and not path.name.startswith(".")
+    ]
+    if not files:
+        endings = ", ".join(DEPTH_ENDINGS)
+        raise DataError(folder, f"holds no {endings} files", "add depth images of 16 bits")
+    by_stem = {path.stem: path for path in reversed(files)}
+    if by_stem.keys() & {rgb.stem for rgb in images.values()}:
+        # One that is missing costs one frame.
+        return {id: by_stem.get(rgb.stem, folder / f"{rgb.stem}.png") for id, rgb in images.items()}
+    pairs, how = match_names(list(images.values()), files)
+    if not pairs:
+        first = next(iter(images.values())).name
+        found = f"has no depth for the images in rgb, such as {first}: its files are called "
+        remedy = "give a frame's two files one name"
+        raise DataError(folder, f"{found}{files[0].name}", remedy)
+    remarks.append(f"depth is found by {how}: {pairs[0][0].name} with {pairs[0][1].name}")
+    depth_of = dict(pairs)
+    return {id: depth_of.get(rgb, folder / f"{rgb.stem}.png") for id, rgb in images.items()}
 
 
 def _match_rows(

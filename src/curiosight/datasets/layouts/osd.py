@@ -8,13 +8,13 @@ from typing import Self
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import Usual, find_calibration
+from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import (
     GROUND_TRUTH_VALUES,
     LabelValues,
     scaled_camera,
 )
-from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.depth_files import ASSUMED
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
@@ -55,7 +55,7 @@ class Osd(Recording):
         ]
         remarks: list[str] = []
         size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, Usual(CAMERA))
+        calibration = find_calibration(path, size, remarks, CAMERA)
         self._annotations = _annotations(sequences)
         self._annotated_values = calibration.labels or OSD_VALUES
         label_values = GROUND_TRUTH_VALUES
@@ -74,7 +74,7 @@ class Osd(Recording):
             path,
             entries,
             _with_window(path, calibration.camera),
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(ASSUMED),
             label_values=label_values,
             remarks=remarks,
         )

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.io import loadmat
 
 from curiosight.datasets.cameras.calibration import find_calibration
-from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.depth_files import ASSUMED
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
@@ -67,7 +67,7 @@ class RgbdScenes(Recording):
             path,
             entries,
             calibration.camera,
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(ASSUMED),
             remarks=remarks,
         )
 

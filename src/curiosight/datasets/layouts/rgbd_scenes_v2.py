@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import Usual, find_calibration
+from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.datasets.recording import Entry, Recording
@@ -19,7 +20,8 @@ from curiosight.frame import Camera, Pose
 CAMERA = Camera(640, 480, 570.3, 570.3, 320.0, 240.0)
 # Unlike v1's millimetres; its makers print no unit, their clouds and those who read them agree.
 TENTH_OF_A_MILLIMETRE = 0.0001
-USUAL = Usual(CAMERA, TENTH_OF_A_MILLIMETRE, "the usual intrinsics of this data set are assumed")
+SCENE = re.compile(r"scene_\d+")
+WHOSE = "the usual intrinsics of this data set are assumed"
 
 
 class RgbdScenesV2(Recording):
@@ -52,12 +54,12 @@ class RgbdScenesV2(Recording):
             for entry in _list_scene(path, scene, prefix, pose_files.get(prefix))
         ]
         size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, USUAL)
+        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(DepthForm(TENTH_OF_A_MILLIMETRE, is_assumed=True)),
             remarks=remarks,
         )
 
@@ -68,6 +70,9 @@ def _scenes(path: Path) -> dict[str, Path]:
 
 
 def _holds_frames(folder: Path) -> bool:
+    # Others name their images so too: only the folder's name tells the unit of this data set.
+    if not SCENE.fullmatch(folder.resolve().name):
+        return False
     return any(folder.glob("*-color.png")) and any(folder.glob("*-depth.png"))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import LabelValues
-from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.depth_files import ASSUMED
 from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
@@ -21,7 +21,6 @@ from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 
 IMAGE_FOLDER = "image_data"
-MILLIMETRE = 0.001
 # The program takes 255 and 1 as salient and nothing but 0 as not.
 MASK_VALUES = LabelValues(support=frozenset({0}), objects_from=1, ignore=frozenset(range(2, 255)))
 
@@ -62,16 +61,16 @@ class RlIac(Recording):
             remarks.append(
                 "x_GT.png is read as ground truth; the authors' program may have written it itself"
             )
-        camera, depth_scale = None, MILLIMETRE
+        camera, depth_form = None, ASSUMED
         if has_depth:
             size = image_size(path, [entry.rgb for entry in entries])
             calibration = find_calibration(path, size, remarks)
-            camera, depth_scale = calibration.camera, calibration.depth_scale
+            camera, depth_form = calibration.camera, calibration.depth_form(ASSUMED)
         super().__init__(
             path,
             entries,
             camera,
-            depth_form=DepthForm(depth_scale),
+            depth_form=depth_form,
             label_values=MASK_VALUES,
             remarks=remarks,
         )

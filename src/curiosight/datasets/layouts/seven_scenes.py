@@ -9,7 +9,7 @@ import numpy as np
 from curiosight.datasets.cameras.camera_file import CameraFile, read_camera_file, scaled_camera
 from curiosight.datasets.cameras.depth_camera import DepthCamera, with_window
 from curiosight.datasets.decoding import UnreadableFile
-from curiosight.datasets.depth_files import DepthForm, read_raw_depth
+from curiosight.datasets.depth_files import MILLIMETRES, read_raw_depth
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import first_size, image_size
@@ -22,7 +22,6 @@ from curiosight.frame import Camera, Pose
 DEPTH_CAMERA = Camera(640, 480, 585.0, 585.0, 320.0, 240.0, depth_window=(0, 0, 632, 480))
 COLOUR_CAMERA = Camera(640, 480, 526.5, 526.5, 320.4, 237.0)
 COLOUR_FROM_DEPTH_METRES = (-0.026, 0.004, 0.0)
-MILLIMETRE = 0.001
 
 
 class SevenScenes(Recording):
@@ -45,9 +44,7 @@ class SevenScenes(Recording):
         size = image_size(path, [entry.rgb for entry in entries])
         depth_files = [entry.depth for entry in entries if entry.depth]
         depth_size = first_size(depth_files, read_raw_depth)
-        calibration = read_camera_file(path) or CameraFile(
-            scaled_camera(COLOUR_CAMERA, size), MILLIMETRE
-        )
+        calibration = read_camera_file(path) or CameraFile(scaled_camera(COLOUR_CAMERA, size), None)
         depth_camera = DepthCamera(
             scaled_camera(DEPTH_CAMERA, depth_size or size), _T_colour_depth(), has_the_poses=True
         )
@@ -55,7 +52,7 @@ class SevenScenes(Recording):
             path,
             entries,
             with_window(path, calibration.camera, depth_camera),
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(MILLIMETRES),
             depth_camera=depth_camera,
         )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import Usual, find_calibration
+from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import find_ground_truth, frame_id
 from curiosight.datasets.recording import Entry, Recording
@@ -19,9 +19,7 @@ from curiosight.frame import Camera, Pose
 # at all distances, from the share of readings a column and row over 121 frames of fr1/rpy.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
 DEPTH_SCALE = 1 / 5000
-USUAL = Usual(
-    CAMERA, DEPTH_SCALE, "the benchmark's default intrinsics and its unit, 0.0002 m, are taken"
-)
+WHOSE = "the benchmark's default intrinsics are used"
 MAX_OFFSET_NS = 20_000_000
 
 
@@ -55,12 +53,12 @@ class TumRgbd(Recording):
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
         entries = _entries(path, pairs, remarks)
         size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, USUAL)
+        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_form=DepthForm(calibration.depth_scale),
+            depth_form=calibration.depth_form(DepthForm(DEPTH_SCALE, is_assumed=True)),
             remarks=remarks,
         )
 
