@@ -10,6 +10,7 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.again import command_again, from_anywhere
 from curiosight.cli.evaluate_report import failures, write_report
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
@@ -22,6 +23,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def evaluate(
     paths: Annotated[
         list[Path],
@@ -63,6 +65,8 @@ def evaluate(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Score saliency against ground truth, or against the teacher where there is none.
 
@@ -73,7 +77,9 @@ def evaluate(
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
-        preset, config, {"run.seed": seed, "teacher.scene": scene, "teacher.source": teacher}
+        preset,
+        config,
+        {**reading, "run.seed": seed, "teacher.scene": scene, "teacher.source": teacher},
     )
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
@@ -124,11 +130,11 @@ def _prepare(
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
         model = load_run_model(run)
-        dataset = open_source(source, ground_truth=ground_truth)
+        dataset = open_source(source, ground_truth=ground_truth, reading=config.reading)
         return Evaluation(config, model, dataset, methods=methods)
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
-    dataset = open_source(paths[0], ground_truth=ground_truth)
+    dataset = open_source(paths[0], ground_truth=ground_truth, reading=config.reading)
     kind = cast(SplitKind, split or "frames")
     return CrossValidation(config, dataset, n_folds=folds, split=kind, methods=methods)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +14,7 @@ from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import example_of
 from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import Config, load_config
 from curiosight.experiments.exploring import Exploration, load_run_model
@@ -27,6 +29,7 @@ EXPLORING = "Exploring"
 TESTING = "Testing"
 
 
+@reads_source
 def explore(
     source: options.Source,
     strategy: Annotated[
@@ -92,6 +95,8 @@ def explore(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
@@ -103,6 +108,7 @@ def explore(
         preset,
         config,
         {
+            **reading,
             "explorer.strategy": strategy,
             "explorer.n_steps": steps,
             "explorer.regions": regions,
@@ -123,8 +129,9 @@ def explore(
     if test is not None:
         settings = replace(settings, test=replace(settings.test, every=0))
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
-    dataset = open_source(source, ground_truth=ground_truth if test is None else None)
-    test_source = None if test is None else open_source(test, ground_truth=ground_truth)
+    opened = partial(open_source, reading=settings.reading)
+    dataset = opened(source, ground_truth=ground_truth if test is None else None)
+    test_source = None if test is None else opened(test, ground_truth=ground_truth)
     continued = None if from_ is None else load_run_model(from_)
     with announce_compilation(talk.console):
         run = Exploration(settings, dataset, folder, test_source=test_source, continued=continued)

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset
@@ -17,6 +18,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def info(
     source: options.Source,
     regions: Annotated[
@@ -27,11 +29,13 @@ def info(
     config: options.ConfigFile = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Say what a recording is: layout, frames, camera, poses, ground truth, regions."""
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"explorer.regions": regions})
-    dataset = open_source(source, ground_truth=ground_truth)
+    settings = load_config(preset, config, {**reading, "explorer.regions": regions})
+    dataset = open_source(source, ground_truth=ground_truth, reading=settings.reading)
     with announce_compilation(talk.console):
         facts = describe(settings, dataset)
     rows = {name.replace("_", " "): value for name, value in facts.items()}

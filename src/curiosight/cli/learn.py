@@ -8,6 +8,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.experiments.exploring import MODEL
@@ -17,6 +18,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def learn(
     source: options.Source,
     seed: options.Seed = None,
@@ -29,6 +31,8 @@ def learn(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Learn a whole recording at once: the off-line model, the least error to expect.
 
@@ -42,6 +46,7 @@ def learn(
         preset,
         config,
         {
+            **reading,
             "run.seed": seed,
             "teacher.scene": scene,
             "teacher.source": teacher,
@@ -49,7 +54,7 @@ def learn(
         },
     )
     folder = OutputFolder(out, "learn", source, overwrite=overwrite)
-    dataset = open_source(source)
+    dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
         off_line = OffLine(settings, dataset)
         folder.write_text("config.toml", to_toml(settings))

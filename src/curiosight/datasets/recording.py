@@ -158,6 +158,7 @@ class Recording:
         self.poses = self._colour_poses()
         self.size = image_size(path, [entry.rgb for entry in self.entries])
         self.camera = None if camera is None else fit_camera(path, camera, self.size)
+        self._intrinsics_size = self.size if camera is None else (camera.width, camera.height)
         self.depth_size: tuple[int, int] | None = None
         self._has_floats = False
         if camera is not None:
@@ -166,13 +167,17 @@ class Recording:
             if raw is not None:
                 self.depth_size = raw.shape[1], raw.shape[0]
                 self._has_floats = raw.dtype.kind == "f"
-            remarks = [*remarks, *self._remarks_on_units(), *self._remarks_on_sizes(camera)]
-        self.remarks = tuple(remarks)
+        self.remarks_on_files = tuple(remarks)
 
     @property
     def has_depth(self) -> bool:
         """Tell whether frames carry depth."""
         return self.camera is not None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Say how the files were read, as far as their owner should know."""
+        return (*self.remarks_on_files, *self._remarks_on_depth())
 
     @property
     def has_confidence(self) -> bool:
@@ -246,7 +251,10 @@ class Recording:
         other = copy.copy(self)
         if reading.depth_scale:
             other.depth_form = replace(
-                self.depth_form, scale=reading.depth_scale, float_scale=reading.depth_scale
+                self.depth_form,
+                scale=reading.depth_scale,
+                float_scale=reading.depth_scale,
+                is_assumed=False,
             )
         if reading.min_confidence >= 0:
             other.min_confidence = reading.min_confidence
@@ -255,8 +263,6 @@ class Recording:
         if reading.depth_camera and self.camera is not None:
             other.depth_camera = read_depth_camera(Path(reading.depth_camera), self.depth_size)
             other.camera = with_window(self.path, self.camera, other.depth_camera)
-            kept = set(self._remarks_on_sizes(self.camera))
-            other.remarks = tuple(remark for remark in self.remarks if remark not in kept)
         other.poses = other._colour_poses()
         return other
 
@@ -312,17 +318,17 @@ class Recording:
             )
         return fit_to(depth, self.size)
 
-    def _remarks_on_units(self) -> Iterator[str]:
-        """Say in what unit depth is taken to be, where no file says it."""
+    def _remarks_on_depth(self) -> Iterator[str]:
+        """Say in what unit depth is taken to be, and where sizes are brought together."""
+        if self.camera is None:
+            return
+        colour = f"{self.size[0]}x{self.size[1]}"
+        if self._intrinsics_size != self.size:
+            width, height = self._intrinsics_size
+            yield f"its intrinsics are for {width}x{height}: scaled to {colour}"
         if self.depth_form.is_assumed:
             unit = UNITS.get(self.depth_scale, f"{self.depth_scale:.6g} m")
             yield f"no file says the unit of depth: {unit} is taken"
-
-    def _remarks_on_sizes(self, camera: Camera) -> Iterator[str]:
-        """Say where the intrinsics, or depth, are brought to the size of the colour images."""
-        colour = f"{self.size[0]}x{self.size[1]}"
-        if (camera.width, camera.height) != self.size:
-            yield f"its intrinsics are for {camera.width}x{camera.height}: scaled to {colour}"
         if self.depth_size is None or self.depth_camera is not None:
             return
         if self.depth_size != self.size and has_shape_of(self.depth_size, self.size):
