@@ -9,18 +9,17 @@ from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, assumed_form
 from curiosight.datasets.listing import find_ground_truth, list_images, natural_key
 from curiosight.datasets.pairs import match_names
+from curiosight.datasets.pose_files import find_poses
+from curiosight.datasets.pose_match import match_stamps
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
-from curiosight.datasets.trajectory import Trajectory, parse_stamp, read_trajectory
+from curiosight.datasets.trajectory import read_trajectory, table_rows
 from curiosight.errors import DataError
+from curiosight.frame import Pose
 
 POSE_FILE = "poses.txt"
 BAD_POSE = f"{POSE_FILE} holds no valid pose for it"
 BY_ORDER = f"{POSE_FILE} is taken line by line: its stamps are not the images' names"
-# A tracker may lose many frames, and a stamp with a fraction is not hit by chance; counted names
-# are, so nearly all of theirs must be there.
-MIN_SHARE_OF_STAMPS = 0.2
-MIN_SHARE_OF_NUMBERS = 0.9
 
 
 class Folder(Recording):
@@ -42,24 +41,19 @@ class Folder(Recording):
         depth = _depth_of(path / "depth", images, remarks)
         size = image_size(path, list(images.values()))
         calibration = find_calibration(path, size, remarks)
-        rows: Sequence[int | None] = [None] * len(images)
-        if (path / POSE_FILE).is_file():
-            trajectory = read_trajectory(path / POSE_FILE)
-            rows, remark = _match_rows(path / POSE_FILE, trajectory, list(images))
-            remarks += remark
-            poses = trajectory.poses()
+        poses, stamps = _poses(path, list(images), remarks)
         ground_truth = find_ground_truth(path)
         entries = [
             Entry(
                 id=id,
                 rgb=rgb,
                 depth=depth[id],
-                T_world_camera=None if row is None else poses[row],
-                stamp_ns=None if row is None else int(trajectory.stamps_ns[row]),
+                T_world_camera=pose,
+                stamp_ns=stamp,
                 ground_truth=ground_truth.get(id),
-                problem=BAD_POSE if row is not None and poses[row] is None else None,
+                problem=BAD_POSE if pose is None and stamp is not None else None,
             )
-            for (id, rgb), row in zip(images.items(), rows, strict=True)
+            for (id, rgb), pose, stamp in zip(images.items(), poses, stamps, strict=True)
         ]
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
         super().__init__(
@@ -96,32 +90,26 @@ def _depth_of(folder: Path, images: dict[str, Path], remarks: list[str]) -> dict
     return {id: depth_of.get(rgb, folder / f"{rgb.stem}.png") for id, rgb in images.items()}
 
 
-def _match_rows(
-    path: Path, trajectory: Trajectory, ids: list[str]
-) -> tuple[Sequence[int | None], list[str]]:
-    """Return each frame's row of the trajectory, by stamp in its name or by order; remarks."""
-    row_of_stamp = {int(stamp): row for row, stamp in enumerate(trajectory.stamps_ns)}
-    stamps = [_stamp_of_name(id) for id in ids]
-    rows = [None if stamp is None else row_of_stamp.get(stamp) for stamp in stamps]
-    n_poses, n_matched = len(trajectory.stamps_ns), len(ids) - rows.count(None)
-    share = MIN_SHARE_OF_STAMPS
-    if all(id.isdecimal() for id in ids):
-        # Names that count from 1 meet nearly all stamps that count from 0, each the wrong one.
-        share = 1.0 if n_poses == len(ids) else MIN_SHARE_OF_NUMBERS
-    if n_matched >= share * len(ids):
-        return rows, []
-    if n_poses == len(ids):
-        return range(len(ids)), [] if None in stamps else [BY_ORDER]
-    raise DataError(
-        path,
-        f"holds {n_poses} poses for {len(ids)} colour images, "
-        f"and its stamps are the names of {n_matched or 'none'} of them",
-        "give one line a frame, or name the images by their stamps",
+def _poses(
+    path: Path, ids: Sequence[str], remarks: list[str]
+) -> tuple[Sequence[Pose | None], Sequence[int | None]]:
+    """Return each image's pose and the stamp of its line of `poses.txt`; remark on them."""
+    unknown = [None] * len(ids)
+    file = path / POSE_FILE
+    _, words = next(table_rows(file), (0, [])) if file.is_file() else (0, [])
+    if not file.is_file() or (words and len(words) != 8):
+        found = find_poses(path, ids)
+        if found is not None:
+            remarks.append(found.remark)
+            return found.poses, unknown
+        if not file.is_file():
+            return unknown, unknown
+    trajectory = read_trajectory(file)
+    rows, is_by_order = match_stamps(file, trajectory.stamps_ns.tolist(), ids)
+    listed = trajectory.poses()
+    if is_by_order:
+        remarks.append(BY_ORDER)
+    return (
+        [None if row is None else listed[row] for row in rows],
+        [None if row is None else int(trajectory.stamps_ns[row]) for row in rows],
     )
-
-
-def _stamp_of_name(id: str) -> int | None:
-    try:
-        return parse_stamp(id)
-    except ValueError:
-        return None

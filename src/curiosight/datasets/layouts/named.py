@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import assumed_form
 from curiosight.datasets.listing import find_ground_truth, find_sequences
 from curiosight.datasets.pairs import Pairing, pair_folder
+from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 
@@ -39,10 +41,13 @@ class Named(Recording):
         entries: list[Entry] = []
         remarks: list[str] = []
         reasons: list[str] = []
-        for prefix, folder in _sequences(path).items():
+        sequences = _sequences(path)
+        for prefix, folder in sequences.items():
             pairing = pair_folder(folder)
             assert pairing is not None
-            entries += self.list_entries(path, folder, prefix, pairing)
+            listed = self.list_entries(path, folder, prefix, pairing)
+            # Several sequences may have as many worlds.
+            entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
             reasons.append(f"{prefix}{pairing.how}")
             remarks += _remarks(prefix, pairing)
         size = image_size(path, [entry.rgb for entry in entries])
@@ -70,6 +75,18 @@ class Named(Recording):
             )
             for pair in pairing.pairs
         ]
+
+
+def with_poses(folder: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
+    """Add the poses that a folder holds, in whatever files, to its frames; remark on them."""
+    found = find_poses(folder, [entry.rgb.stem for entry in entries])
+    if found is None:
+        return entries
+    remarks.append(found.remark)
+    return [
+        replace(entry, T_world_camera=pose)
+        for entry, pose in zip(entries, found.poses, strict=True)
+    ]
 
 
 def _sequences(path: Path) -> dict[str, Path]:
