@@ -17,7 +17,7 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 
 Rows = npt.NDArray[np.uint8]
 Packed = npt.NDArray[np.int64]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 
 Array = npt.NDArray[Any]
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 
 Array = npt.NDArray[Any]

@@ -13,11 +13,11 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.evaluation.baselines.dkl_colour import dkl_colour
 from curiosight.evaluation.baselines.feature_channels import gabor_energy, pyramid
 from curiosight.evaluation.baselines.maps import Saliency, check_rgb
 from curiosight.evaluation.baselines.master_map import finished, master_size, small_map
-from curiosight.files.compiled import njit
 from curiosight.frame import Rgb
 
 Array = npt.NDArray[Any]

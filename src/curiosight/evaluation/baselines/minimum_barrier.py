@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.evaluation.baselines.maps import (
     Saliency,
     check_rgb,
@@ -26,7 +27,6 @@ from curiosight.evaluation.baselines.maps import (
 )
 from curiosight.evaluation.baselines.reconstruction import open_and_close_by_reconstruction
 from curiosight.evaluation.baselines.whitening import whitening_of
-from curiosight.files.compiled import njit
 from curiosight.frame import Rgb
 
 Array = npt.NDArray[Any]

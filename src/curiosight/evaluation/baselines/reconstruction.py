@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 
 Array = npt.NDArray[Any]
 Grey = npt.NDArray[np.uint8]

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.superpixels import Superpixels
 

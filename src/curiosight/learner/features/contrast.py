@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
 from curiosight.learner.features.superpixels import Superpixels

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 

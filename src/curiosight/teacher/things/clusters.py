@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.files.compiled import njit
+from curiosight.errors.compiling import njit
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 
 Array = npt.NDArray[Any]

@@ -1,4 +1,4 @@
-"""Compile kernels, and keep what is compiled in files where there is a place for them."""
+"""Compile kernels, on machines too where Numba ends with an error: no place for its cache."""
 
 from __future__ import annotations
 
