@@ -252,8 +252,9 @@ def test_narrow_terminal_and_no_colour(
 def test_help_of_every_command(name: str, flag: str, capsys: Capsys) -> None:
     outcome = succeed(capsys, name, flag)
     assert f"curiosight {name}" in outcome.out
-    for option in ("--preset", "--config", "--quiet", "--json"):
+    for option in ("--config", "--quiet", "--json"):
         assert option in outcome.out
+    assert ("--preset" in outcome.out) == (name != "map"), "a model keeps its preset"
 
 
 def test_no_arguments_shows_the_commands(capsys: Capsys) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import logging
 import re
 import sys
 import warnings
@@ -57,6 +58,8 @@ def main(arguments: list[str] | None = None) -> None:
     explains, 130 = Ctrl-C.
     """
     out = settle_streams()
+    # What libraries say, as we say it; Matplotlib can do without a folder for its fonts.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     warnings.formatwarning = lambda message, *_: f"warning: {printable(str(message))}\n"
     status = run(arguments)
     sys.stdout.flush()
@@ -92,6 +95,6 @@ def _status_of(out: Output | None) -> int:
     if out is None or out.error is None:
         return 0
     if out.error.errno != errno.EPIPE:
-        reason = out.error.strerror
-        print(f"curiosight: standard output: {reason}; what is printed is lost", file=sys.stderr)
+        found = f"standard output cannot be written ({out.error.strerror})"
+        print(f"curiosight: {found}; the results were not printed", file=sys.stderr)
     return 1

@@ -29,7 +29,7 @@ class Output(io.FileIO):
         """Write as much as goes; a reader that is slow is waited for."""
         try:
             if self._is_closed:
-                raise OSError(errno.EBADF, "it is closed")
+                raise OSError(errno.EBADF, "closed")
             n_written = super().write(data)
             while n_written is None:  # the descriptor does not block, and its pipe is full
                 time.sleep(0.01)
