@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 
 
 def main() -> None:
@@ -12,7 +13,8 @@ def main() -> None:
 
         run()
     except KeyboardInterrupt:
-        print("curiosight: interrupted", file=sys.stderr)
+        with suppress(OSError):  # standard error may be full or closed
+            sys.stderr and print("curiosight: interrupted", file=sys.stderr)
         sys.exit(130)
 
 

@@ -252,8 +252,9 @@ def test_narrow_terminal_and_no_colour(
 def test_help_of_every_command(name: str, flag: str, capsys: Capsys) -> None:
     outcome = succeed(capsys, name, flag)
     assert f"curiosight {name}" in outcome.out
-    for option in ("--preset", "--config", "--quiet", "--json"):
+    for option in ("--config", "--quiet", "--json"):
         assert option in outcome.out
+    assert ("--preset" in outcome.out) == (name != "map"), "a model keeps its preset"
 
 
 def test_no_arguments_shows_the_commands(capsys: Capsys) -> None:
@@ -282,3 +283,39 @@ def test_preset_flag_wins_over_the_file_and_the_file_over_defaults(
 @pytest.mark.parametrize("names", [("foo",), ("explore",), ("map", "a"), ("explore", "--foo")])
 def test_wrong_words_name_the_help(names: tuple[str, ...], capsys: Capsys) -> None:
     assert "--help" in refusal(capsys, *names)
+
+
+def test_names_do_nothing_to_a_terminal(tmp_path: Path, capsys: Capsys) -> None:
+    folder = tmp_path / "red\x1b[31m\nblue"
+    folder.mkdir()
+    (folder / "x\x1b[2J\u202e.png").write_bytes(b"no image")
+    write_image(folder / "y\x07.png", np.zeros((9, 9, 3), np.uint8))
+    for outcome in (
+        call(capsys, "info", folder),
+        call(capsys, "info", folder / "missing"),
+        call(capsys, "saliency", "bms", folder, "--out", tmp_path / "out"),
+        call(capsys, "info", "\x1b[31m\n", "\x07--odd"),
+        call(capsys, "odd\x1b[31m\n"),
+    ):
+        said = outcome.out + outcome.err
+        assert said
+        assert all(line.isprintable() for line in said.split("\n"))
+    assert (
+        "red\\x1b[31m\\nblue: folder of images, 2 frames"
+        in succeed(capsys, "saliency", "bms", folder, "--out", tmp_path / "again").err
+    )
+
+
+def test_seed_of_an_evaluation_without_chance_is_refused(
+    model: Path, room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    said = refusal(capsys, "evaluate", model, room, "--seed", 3, "--out", tmp_path / "out")
+    assert "seed: expected --folds or --baselines too" in said
+
+
+def test_map_has_no_preset_but_the_models_own(
+    model: Path, room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    out = ("--out", tmp_path / "out")
+    assert "--preset" in refusal(capsys, "map", model, room, "--preset", "paper", *out)
+    succeed(capsys, "map", model, room, "--config", model / "config.toml", *out)

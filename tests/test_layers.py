@@ -101,6 +101,14 @@ def test_optional_packages_are_imported_at_use(module: Path) -> None:
     assert names & OPTIONAL == set()
 
 
+@pytest.mark.parametrize("module", MODULES, ids=str)
+def test_kernels_are_compiled_by_the_one_who_knows_what_to_do_without_a_cache(module: Path) -> None:
+    if module == Path("errors/compiling.py"):
+        return
+    names = imported(ast.walk(ast.parse((ROOT / module).read_text("utf-8"))), module)
+    assert names & {"numba", "numba.njit", "numba.jit", "numba.vectorize"} == set()
+
+
 @pytest.mark.parametrize("module", [m for m in MODULES if m.parts[0] == "teacher"], ids=str)
 def test_teacher_is_one_staircase(module: Path) -> None:
     stair = module.parts[1].removesuffix(".py")

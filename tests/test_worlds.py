@@ -10,7 +10,7 @@ import pytest
 from curiosight.datasets.recording import Dataset
 from curiosight.explorer.regions import time_regions
 from curiosight.explorer.strategies import Chronological, Iac
-from curiosight.frame import Frame, Pose, Viewpoint
+from curiosight.frame import Camera, Frame, Pose, Viewpoint
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
 from curiosight.worlds.travel import Odometer, travel
@@ -157,6 +157,76 @@ class BrokenWorld:
 def test_contract_check_finds_what_is_broken(world: World, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         check_world(world)
+
+
+class SteadyWorld(BrokenWorld):
+    """Look from one pose at a wall of one depth, some of it without a reading."""
+
+    def __init__(
+        self, pose: Pose | None = None, *, depth: float = 2.0, missing: float = np.nan
+    ) -> None:
+        image = np.full((4, 6), depth, np.float32)
+        image[0] = missing
+        camera = Camera(6, 4, 5.0, 5.0, 2.5, 1.5)
+        rgb = np.zeros((4, 6, 3), np.uint8)
+        frame = Frame("here", rgb, image, camera, np.eye(4) if pose is None else pose)
+        super().__init__([Viewpoint(0, 0, np.eye(4)), Viewpoint(1, 0, np.eye(4))], frame)
+
+
+def test_a_robot_need_not_stand_quite_where_it_was_sent() -> None:
+    check_world(SteadyWorld(pose(0.01, 1.0)))
+    with pytest.raises(ValueError, match=r"viewpoint 0's pose within 0\.05 m"):
+        check_world(SteadyWorld(pose(0.2, 0.0)))
+    with pytest.raises(ValueError, match="got 0 m and 20 degrees off"):
+        check_world(SteadyWorld(pose(0.0, 20.0)))
+    check_world(SteadyWorld(pose(0.2, 20.0)), max_metres_off=0.3, max_degrees_off=30)
+    with pytest.raises(ValueError, match=r"0\.005 m and 3 degrees"):
+        check_world(SteadyWorld(pose(0.01, 1.0)), max_metres_off=0.005)
+
+
+@pytest.mark.parametrize("missing", [0.0, -1.0, np.inf])
+def test_no_reading_is_nan_and_nothing_else(missing: float) -> None:
+    check_world(SteadyWorld())
+    with pytest.raises(ValueError, match="depth of here: expected positive metres, NaN where"):
+        check_world(SteadyWorld(missing=missing))
+
+
+@pytest.mark.parametrize("depth", [2000.0, 0.002])
+def test_depth_is_in_metres(depth: float) -> None:
+    with pytest.raises(ValueError, match=r"expected metres, with a median between 0\.05 and 50"):
+        check_world(SteadyWorld(depth=depth))
+
+
+@pytest.mark.parametrize("cost", [None, "3 s", [1.0], True, 1j, float("inf")])
+def test_cost_is_a_number_of_seconds(cost: object) -> None:
+    world = SteadyWorld()
+    world.cost = cost  # type: ignore[assignment]
+    with pytest.raises(ValueError, match=r"move_to: expected finite seconds, 0 or more, got "):
+        check_world(world)
+
+
+@pytest.mark.parametrize("cost", [0, 2, np.float32(1.5), np.int64(3)])
+def test_cost_is_a_number_of_any_type(cost: float) -> None:
+    world = SteadyWorld()
+    world.cost = cost
+    check_world(world)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        None,
+        Viewpoint(0, None),  # type: ignore[arg-type]
+        Viewpoint([0], 0),  # type: ignore[arg-type]
+        Viewpoint(0, 0, "here"),  # type: ignore[arg-type]
+        Viewpoint(0, 0, np.eye(3)),
+    ],
+)
+def test_strange_views_are_told_from_views(view: Viewpoint) -> None:
+    with pytest.raises(ValueError, match="views: expected"):
+        check_world(BrokenWorld([view]))
+    with pytest.raises(ValueError, match="views: expected a sequence of viewpoints, got NoneType"):
+        check_world(BrokenWorld(None))  # type: ignore[arg-type]
 
 
 def pose(x: float, turn_deg: float) -> np.ndarray:

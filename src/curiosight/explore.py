@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from curiosight.explorer import Strategy
-from curiosight.frame import Viewpoint
-from curiosight.learner.learner import Observation, SaliencyLearner
-from curiosight.worlds import World
+if TYPE_CHECKING:  # the loop only calls what it is given
+    from curiosight.explorer import Strategy
+    from curiosight.frame import Viewpoint
+    from curiosight.learner.learner import Observation, SaliencyLearner
+    from curiosight.worlds import World
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""The commands: curiosight info, segment, explore, learn, map, evaluate."""
+"""The commands, one file each; `curiosight.cli.commands` lists them."""
 
 from curiosight.cli.app import main
 

@@ -1,34 +1,25 @@
-"""Put the commands together, and turn a user's mistake into one line."""
+"""Run a command, and turn a user's mistake into one line."""
 
 from __future__ import annotations
 
-import os
+import errno
+import logging
+import re
 import sys
+import warnings
 from typing import Annotated
 
 import typer
 from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
-from curiosight.cli import (
-    bench,
-    demo,
-    evaluate,
-    explore,
-    export,
-    info,
-    learn,
-    map,
-    propose,
-    render,
-    saliency,
-    score_teacher,
-    segment,
-)
+from curiosight.cli.commands import Commands
 from curiosight.cli.interrupt import INTERRUPTED
-from curiosight.errors import DataError
+from curiosight.cli.streams import Output, settle_streams
+from curiosight.errors import DataError, printable
 
 app = typer.Typer(
+    cls=Commands,
     help="Teach a camera to see the objects of its own rooms: depth shows what an object is, "
     "the program learns how such things look, and then finds them in colour alone.",
     no_args_is_help=True,
@@ -60,24 +51,19 @@ def _options(
     """Take the options that stand before a command."""
 
 
-app.command("demo")(demo.demo)
-app.command("info")(info.info)
-app.command("explore")(explore.explore)
-app.command("learn")(learn.learn)
-app.command("map")(map.map_)
-app.command("saliency")(saliency.saliency)
-app.command("evaluate")(evaluate.evaluate)
-app.command("segment")(segment.segment)
-app.command("propose")(propose.propose)
-app.command("export")(export.export)
-app.command("render")(render.render)
-app.command("score-teacher")(score_teacher.score_teacher)
-app.command("bench")(bench.bench)
-
-
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit: 0, 2 = a mistake that one line explains, 130 = Ctrl-C."""
-    sys.exit(run(arguments))
+    """Run the command line and exit.
+
+    0, 1 = done, but standard output did not take the results, 2 = a mistake that one line
+    explains, 130 = Ctrl-C.
+    """
+    out = settle_streams()
+    # What libraries say, as we say it; Matplotlib can do without a folder for its fonts.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    warnings.formatwarning = lambda message, *_: f"warning: {printable(str(message))}\n"
+    status = run(arguments)
+    sys.stdout.flush()
+    sys.exit(status or _status_of(out))
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -85,23 +71,30 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         # A command returns nothing; typer turns its `Exit`, and Ctrl-C, into a number.
         status = app(arguments, prog_name="curiosight", standalone_mode=False) or 0
-        sys.stdout.flush()
     except TyperException as mistake:
         text = mistake.format_message()  # empty where no arguments had the help shown
         return _refuse(f"{text} (see `curiosight --help`)") if text else 2
     except (DataError, ValueError) as mistake:
         return _refuse(str(mistake))
-    except BrokenPipeError:
-        # Whoever read our output has seen enough; Python would complain once more at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
     except OSError as error:
-        return _refuse(f"{error.filename or 'the system'}: {error.strerror}; check path and rights")
+        place = printable(str(error.filename or "the system"))
+        return _refuse(f"{place}: {error.strerror}; check path and rights")
     if status == INTERRUPTED:
         print("curiosight: interrupted", file=sys.stderr)
     return int(status)
 
 
 def _refuse(text: str) -> int:
-    print("curiosight: " + " ".join(text.split()), file=sys.stderr)
+    line = re.sub(r"\s*\n\s*", " ", text.strip())
+    print(f"curiosight: {printable(line)}", file=sys.stderr)
     return 2
+
+
+def _status_of(out: Output | None) -> int:
+    """Return 1 where results could not be printed; say why, unless their reader left."""
+    if out is None or out.error is None:
+        return 0
+    if out.error.errno != errno.EPIPE:
+        found = f"standard output cannot be written ({out.error.strerror})"
+        print(f"curiosight: {found}; the results were not printed", file=sys.stderr)
+    return 1

@@ -81,6 +81,8 @@ def evaluate(
         config,
         {**reading, "run.seed": seed, "teacher.scene": scene, "teacher.source": teacher},
     )
+    if seed is not None and folds is None and not baselines:
+        raise ValueError("seed: expected --folds or --baselines too, or nothing is left to chance")
     folder = OutputFolder(out, "evaluate", paths[-1], overwrite=overwrite)
     with announce_compilation(talk.console):
         methods = choose_methods(baselines) if baselines else None

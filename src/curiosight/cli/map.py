@@ -32,8 +32,16 @@ def map_(
     overlay: Annotated[
         bool, typer.Option("--overlay", metavar="", help="Also write overlays/<id>.jpg.")
     ] = False,
-    preset: options.Preset = None,
-    config: options.ConfigFile = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config",
+            metavar="FILE.toml",
+            help="File of settings, such as the config.toml of a run. Only run.memory_mb matters: "
+            "the model keeps all others.",
+            rich_help_panel=options.SETTINGS,
+        ),
+    ] = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -43,7 +51,7 @@ def map_(
 ) -> None:
     """Find objects in colour images with a learned model: <id>.png, 255 = surely salient."""
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, reading)
+    settings = load_config(None, config, reading)
     folder = OutputFolder(out, "map", source, overwrite=overwrite)
     learner = SaliencyLearner.load(load_run_model(run))
     dataset = open_source(source, reading=settings.reading)

@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from curiosight.datasets import Dataset
+from curiosight.errors import printable
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import FrameProgress, progress_console
 
@@ -21,22 +22,25 @@ NO_CLASSES = "no frame shows anything salient, or all of them nothing else: no f
 
 
 class Talk:
-    """Speak to the user as much as `--quiet` and `--json` ask for."""
+    """Speak to the user as much as `--quiet` and `--json` ask for.
+
+    Names of files and frames are somebody else's: they are shown `printable`.
+    """
 
     def __init__(self, *, quiet: bool = False, as_json: bool = False) -> None:
         self.quiet = quiet
         self.as_json = as_json
         self.console = progress_console(is_quiet=quiet)
-        self._warnings = Console(stderr=True, highlight=False)
-        self._results = Console(highlight=False)
+        self._warnings = Console(stderr=True, highlight=False, emoji=False)
+        self._results = Console(highlight=False, emoji=False)
 
     def note(self, text: str) -> None:
         """Say something worth knowing."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(printable(text), markup=False, soft_wrap=True)
 
     def warn(self, text: str) -> None:
         """Say something that the user may want to mend."""
-        self._warnings.print(f"warning: {text}", markup=False, soft_wrap=True)
+        self._warnings.print(f"warning: {printable(text)}", markup=False, soft_wrap=True)
 
     def warn_of_learned(self, n_learned: int, n_tested: int) -> None:
         """Warn where a model is tested on what it was taught with."""
@@ -64,18 +68,25 @@ class Talk:
 
     def following(self, title: str, n_frames: int) -> FrameProgress:
         """Return the line of progress of a command."""
-        return FrameProgress(self.console, title, n_frames)
+        return _Progress(self.console, title, n_frames)
 
     def results(self, title: str, rows: Mapping[str, Any], content: Any) -> None:
         """Give a command's results: as JSON, or the rows as a table."""
         if self.as_json:
             print(json.dumps(content, indent=1, allow_nan=False))
         elif not self.quiet:
-            self._results.print(title, style="bold", markup=False, soft_wrap=True)
+            self._results.print(printable(title), style="bold", markup=False, soft_wrap=True)
             width = max(map(len, rows))
             for name, value in rows.items():
                 line = f"  {name:{width}}  {format_value(value)}"
-                self._results.print(line, markup=False, soft_wrap=True)
+                self._results.print(printable(line), markup=False, soft_wrap=True)
+
+
+class _Progress(FrameProgress):
+    """Progress with a note that may be anybody's, such as a region's name."""
+
+    def advance(self, note: str = "") -> None:
+        super().advance(printable(note))
 
 
 def format_value(value: Any) -> str:

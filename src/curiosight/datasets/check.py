@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 
 import numpy as np
@@ -35,7 +36,7 @@ def check_dataset(dataset: Dataset, *, n_frames: int = 5) -> None:
         _check_frame(dataset, index, frame)
         _check_ground_truth(dataset, index, frame)
     if dataset.has_depth:
-        _check_depth_unit(frames)
+        check_depth_unit(frames)
     _check_repeats(dataset, indices[0], frames[0])
 
 
@@ -85,18 +86,25 @@ def _check_frame(dataset: Dataset, index: int, frame: Frame) -> None:
         _require(got == size, f"rgb of {id}", f"{size} (H, W) as `camera` says", got)
         is_same_camera = frame.camera == dataset.camera
         _require(is_same_camera, f"camera of {id}", "the dataset's", frame.camera)
-    if frame.depth is not None:
-        readings = frame.depth[~np.isnan(frame.depth)]
-        is_metric = bool(np.isfinite(readings).all() and (readings > 0).all())
-        expected = "positive metres, NaN where there is no reading"
-        _require(is_metric, f"depth of {id}", expected, "zero, negative or infinite values")
+    check_readings(frame)
 
 
-def _check_depth_unit(frames: list[Frame]) -> None:
+def check_readings(frame: Frame) -> None:
+    """Raise `ValueError` where depth says "no reading" with anything but NaN."""
+    if frame.depth is None:
+        return
+    readings = frame.depth[~np.isnan(frame.depth)]
+    is_metric = bool(np.isfinite(readings).all() and (readings > 0).all())
+    expected = "positive metres, NaN where there is no reading"
+    _require(is_metric, f"depth of {frame.id}", expected, "zero, negative or infinite values")
+
+
+def check_depth_unit(frames: Sequence[Frame]) -> None:
+    """Raise `ValueError` where the frames' depth cannot be in metres."""
     readings = [
         frame.depth[np.isfinite(frame.depth)] for frame in frames if frame.depth is not None
     ]
-    pooled = np.concatenate(readings)
+    pooled = np.concatenate(readings) if readings else np.empty(0)
     if pooled.size == 0:
         return
     median = float(np.median(pooled))

@@ -31,10 +31,11 @@ from curiosight.experiments.problems import Problems
 from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.explore import Step, explore
+from curiosight.learner.archive import MODEL as MODEL
+from curiosight.learner.archive import find_model
 from curiosight.rooms.views import RoomViews
 from curiosight.worlds import Odometer
 
-MODEL = "model.npz"
 N_ROOM_TEST_VIEWS = 40
 
 
@@ -192,9 +193,7 @@ def load_run_model(run: Path) -> Path:
     """Return the model file of a run's folder, or of the file itself."""
     if not run.exists():
         raise DataError(run, "does not exist", "give the folder of a run, or a model file")
-    if run.is_dir() and not (run / MODEL).is_file():
-        raise DataError(run, f"holds no {MODEL}", "give the folder that --out of explore wrote")
-    return run / MODEL if run.is_dir() else run
+    return find_model(run)
 
 
 def _split(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 import struct
 import zipfile
 import zlib
@@ -26,6 +27,7 @@ from curiosight.files import replace_file
 Arrays = dict[str, npt.NDArray[np.generic]]
 Header = dict[str, Any]
 
+MODEL = "model.npz"  # of a run's folder
 FORMAT = "curiosight"
 VERSION = 1
 HEADER_NAME = "header.json"
@@ -45,6 +47,19 @@ DAMAGE = (
     RuntimeError,
     MemoryError,
 )
+
+
+def find_model(run: Path | str) -> Path:
+    """Return the model file of a run's folder; what is no folder, as it is.
+
+    Raises `DataError` for a folder without a model.
+    """
+    run = Path(run)
+    if not os.path.isdir(run):  # unlike a Path's own `is_dir`, never raises
+        return run
+    if not os.path.isfile(run / MODEL):
+        raise DataError(run, f"holds no {MODEL}", "give the folder that --out of explore wrote")
+    return run / MODEL
 
 
 def write_archive(

@@ -16,7 +16,8 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from curiosight.errors.compiling import njit
 
 Rows = npt.NDArray[np.uint8]
 Packed = npt.NDArray[np.int64]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from curiosight.errors import DataError
 from curiosight.frame import Frame, Label, Rgb
-from curiosight.learner.archive import read_archive, write_archive
+from curiosight.learner.archive import find_model, read_archive, write_archive
 from curiosight.learner.features import (
     ColourSpace,
     RowOfPixel,
@@ -252,10 +252,13 @@ class SaliencyLearner:
         seed: int | np.random.Generator = 0,
         n_threads: int = 1,
     ) -> Self:
-        """Read a model that `save` wrote; raises `DataError` for anything else."""
+        """Read a model that `save` wrote; raises `DataError` for anything else.
+
+        path: the file, or the folder of a run that holds it.
+        """
         if n_threads < 1:
             raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
-        path = Path(path)
+        path = find_model(path)
         header, arrays = read_archive(path, KIND)
         rng = np.random.default_rng(seed)
         try:

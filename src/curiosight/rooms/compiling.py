@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from numba import njit
+from curiosight.errors.compiling import njit
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")

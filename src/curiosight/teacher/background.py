@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Camera
 from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points

@@ -20,7 +20,7 @@ _N_RECENT = 100  # frames the rate is taken from: the first ones wait for compil
 
 def progress_console(*, is_quiet: bool = False) -> Console:
     """Return the console of all that is no result: standard error, or nowhere if quiet."""
-    return Console(stderr=True, quiet=is_quiet, highlight=False)
+    return Console(stderr=True, quiet=is_quiet, highlight=False, emoji=False)
 
 
 class FrameProgress:

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Camera, Depth, Pose
 
 # Widens the footprint of a depth pixel on each side, in colour pixels. Neighbours on a slanted

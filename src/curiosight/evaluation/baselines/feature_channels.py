@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy import fft
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 
 Array = npt.NDArray[Any]

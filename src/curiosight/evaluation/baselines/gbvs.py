@@ -12,8 +12,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.evaluation.baselines.dkl_colour import dkl_colour
 from curiosight.evaluation.baselines.feature_channels import gabor_energy, pyramid
 from curiosight.evaluation.baselines.maps import Saliency, check_rgb

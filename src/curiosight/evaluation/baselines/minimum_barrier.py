@@ -15,8 +15,8 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.evaluation.baselines.maps import (
     Saliency,
     check_rgb,

@@ -12,9 +12,9 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.ndimage import map_coordinates
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
 from curiosight.learner.features.superpixels import Superpixels

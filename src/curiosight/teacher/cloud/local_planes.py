@@ -11,7 +11,8 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from curiosight.errors.compiling import njit
 
 Array = npt.NDArray[Any]
 

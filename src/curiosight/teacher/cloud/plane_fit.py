@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from curiosight.errors.compiling import njit
 
 Array = npt.NDArray[Any]
 # Added to the diagonal of a fit's sums, so that points on a line can be fitted too.

@@ -13,8 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.plane_fit import fit_plane
 from curiosight.teacher.cloud.points import Points, rows_at
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Camera, Depth
 from curiosight.teacher.cloud.local_planes import fit_local_planes
 

@@ -8,8 +8,8 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 
 Array = npt.NDArray[Any]

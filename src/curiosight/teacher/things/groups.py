@@ -8,7 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from curiosight.errors.compiling import njit
 
 Array = npt.NDArray[Any]
 

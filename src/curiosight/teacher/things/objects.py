@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.ndimage import find_objects as find_windows
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies

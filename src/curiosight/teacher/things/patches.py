@@ -13,8 +13,8 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.things.groups import Groups

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask, horizontal_axes
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.wall import Wall

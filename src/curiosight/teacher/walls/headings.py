@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Surface, horizontal_axes
 
 Array = npt.NDArray[Any]
