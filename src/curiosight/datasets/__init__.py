@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 
 from curiosight.datasets.check import check_dataset
+from curiosight.datasets.doubts import Doubt, find_doubts
+from curiosight.datasets.fixing import fix_units
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
@@ -37,6 +39,7 @@ __all__ = [
     "Bop",
     "Dataset",
     "DexNet",
+    "Doubt",
     "Entry",
     "Folder",
     "GraphNode",
@@ -57,6 +60,7 @@ __all__ = [
     "TumRgbd",
     "Video",
     "check_dataset",
+    "find_doubts",
     "open_dataset",
     "write_rl_iac",
 ]
@@ -103,6 +107,8 @@ def open_dataset(
         return dataset
     if reading != AS_RECORDED:
         dataset = dataset.read_as(reading)
+    if reading.fix_units and dataset.has_depth:
+        dataset = fix_units(dataset)
     return dataset if ground_truth is None else dataset.with_ground_truth(Path(ground_truth))
 
 

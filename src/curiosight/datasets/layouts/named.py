@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +26,8 @@ class Named(Recording):
     """
 
     name = "colour and depth by name"
+    # Words in the names of images that are no colour and yet read.
+    read_too: tuple[str, ...] = ()
     evidence = "names such as color_N.png with depth_N.npy, or N.png with N_depth.png"
 
     @classmethod
@@ -49,7 +52,7 @@ class Named(Recording):
             # Several sequences may have as many worlds.
             entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
             reasons.append(f"{prefix}{pairing.how}")
-            remarks += _remarks(prefix, pairing)
+            remarks += self._remarks(prefix, pairing)
         size = image_size(path, [entry.rgb for entry in entries])
         calibration = find_calibration(path, size, remarks)
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
@@ -61,6 +64,13 @@ class Named(Recording):
             remarks=remarks,
             reasons=list(dict.fromkeys(reasons)),
         )
+
+    def _remarks(self, prefix: str, pairing: Pairing) -> Iterator[str]:
+        if pairing.n_without_depth:
+            yield f"{prefix}{pairing.n_without_depth} colour images have no depth: left out"
+        left_out = [n for n in pairing.left_out if not any(word in n for word in self.read_too)]
+        if left_out:
+            yield f"{prefix}left out, for their names: {', '.join(left_out)}"
 
     def list_entries(self, root: Path, folder: Path, prefix: str, pairing: Pairing) -> list[Entry]:
         """Return the frames of one folder; what else belongs to a frame is found here."""
@@ -91,12 +101,3 @@ def with_poses(folder: Path, entries: list[Entry], remarks: list[str]) -> list[E
 
 def _sequences(path: Path) -> dict[str, Path]:
     return find_sequences(path, lambda folder: pair_folder(folder) is not None, levels=N_LEVELS)
-
-
-def _remarks(prefix: str, pairing: Pairing) -> list[str]:
-    remarks = []
-    if pairing.n_without_depth:
-        remarks.append(f"{prefix}{pairing.n_without_depth} colour images have no depth: left out")
-    if pairing.left_out:
-        remarks.append(f"{prefix}left out, for their names: {', '.join(pairing.left_out)}")
-    return remarks
