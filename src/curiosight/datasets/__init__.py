@@ -88,6 +88,8 @@ def open_dataset(path: Path | str, *, ground_truth: Path | str | None = None) ->
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
     if ground_truth is None:
+        if isinstance(dataset, Recording) and dataset.mask_fault is not None:
+            raise dataset.mask_fault
         return dataset
     if isinstance(dataset, Video):
         raise DataError(path, "is a video", "ground truth needs a folder of images")

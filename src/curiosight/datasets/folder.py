@@ -63,6 +63,7 @@ class Folder(Recording):
             entries,
             calibration.camera,
             depth_scale=calibration.depth_scale,
+            labels=calibration.labels,
             remarks=remarks,
         )
 

@@ -9,9 +9,13 @@ from curiosight.datasets.recording import Entry, Recording
 
 
 class Images(Recording):
-    """A folder of images, or of one layout's colour images, without depth."""
+    """A folder of images, or of one layout's colour images, without depth.
+
+    Images and masks are turned as their EXIF orientation asks: as viewers show them.
+    """
 
     name = "folder of images"
+    is_turned = True
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

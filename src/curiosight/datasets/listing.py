@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from curiosight.datasets.masks import find_masks
 from curiosight.errors import DataError
 
 IMAGE_ENDINGS = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp"})
@@ -94,14 +96,16 @@ def find_ground_truth(
     """
     sequence = sequence or root
     folders = [root / "ground_truth" / prefix, sequence / "ground_truth"]
-    opened = sequence.resolve()
-    if sequence == root and opened.name.startswith("seq"):
-        beside = opened.parent / "ground_truth"
-        folders.append(beside / opened.name)
-        # Beside several sequences a bare id would be ambiguous.
-        if len(list(opened.parent.glob("seq*/"))) == 1:
-            folders.append(beside)
+    if sequence == root:
+        # As it is called, and where it really lies, if it was opened through a link.
+        for opened in dict.fromkeys((Path(os.path.abspath(sequence)), sequence.resolve())):
+            if opened.name.startswith("seq"):
+                beside = opened.parent / "ground_truth"
+                folders.append(beside / opened.name)
+                # Beside several sequences a bare id would be ambiguous.
+                if len(list(opened.parent.glob("seq*/"))) == 1:
+                    folders.append(beside)
     files: dict[str, Path] = {}
     for folder in reversed(folders):
-        files.update({path.stem: path for path in folder.glob("*.png")})
+        files.update(find_masks(folder))
     return files

@@ -21,8 +21,14 @@ from curiosight.datasets.decoding import (
     EightBitDepth,
     UnreadableFile,
     read_depth,
-    read_grey,
     read_rgb,
+)
+from curiosight.datasets.masks import (
+    MASK_ENDINGS,
+    find_masks,
+    judge_masks,
+    read_mask,
+    read_numbers,
 )
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
@@ -110,9 +116,15 @@ class Recording:
 
     Depth is taken as registered to the colour image; a layout where it is not overrides
     `read_depth`. Raises `DataError` for a recording of which no frame can be used.
+
+    label_values: of the ground-truth files; None = 255 salient, 0 not salient, else ignored.
+    labels: what they mean where no such values are in them.
+    mask_fault: why the masks, or the label images, can all not be read; None = they can.
     """
 
     name = "recording"
+    # Depth has no mark of which way up it is, so colour and masks stay as they are stored.
+    is_turned = False
 
     def __init__(
         self,
@@ -121,7 +133,8 @@ class Recording:
         camera: Camera | None = None,
         *,
         depth_scale: float = 0.001,
-        label_values: LabelValues = GROUND_TRUTH_VALUES,
+        label_values: LabelValues | None = None,
+        labels: LabelValues | None = None,
         remarks: Sequence[str] = (),
     ) -> None:
         check_unique_ids(path, entries)
@@ -129,14 +142,18 @@ class Recording:
         self.entries = tuple(entries)
         self.camera = camera
         self.depth_scale = depth_scale
-        self.label_values = label_values
+        self.labels = labels
+        self.label_values = label_values or GROUND_TRUTH_VALUES
+        self.mask_fault: DataError | None = None
         self.remarks = tuple(remarks)
         self.ids = tuple(entry.id for entry in self.entries)
         self.poses = tuple(entry.T_world_camera for entry in self.entries)
-        self.size = image_size(path, [entry.rgb for entry in self.entries])
+        self.size = image_size(path, [entry.rgb for entry in self.entries], self.read_rgb)
         if camera is not None:
             check_image_size(path, camera, self.size)
             check_depth_bits([entry.depth for entry in self.entries if entry.depth])
+        if label_values is None:
+            self._judge_masks()
 
     @property
     def has_depth(self) -> bool:
@@ -172,36 +189,50 @@ class Recording:
     def ground_truth(self, index: int) -> GroundTruth | None:
         """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none.
 
-        Raises `DataError` where the file is damaged or not of the colour image's size.
+        Raises `DataError` where the file is damaged or not of the colour image's size, and where
+        the masks together have no meaning (`mask_fault`).
         """
         path = self.entries[index].ground_truth
-        return None if path is None else self.label_values.to_ground_truth(self.read_truth(path))
+        if path is None:
+            return None
+        if self.mask_fault is not None:
+            raise self.mask_fault
+        read = read_mask if self.label_values == GROUND_TRUTH_VALUES else read_numbers
+        return self.label_values.to_ground_truth(self.read_truth(path, read))
 
     def with_ground_truth(self, folder: Path) -> Self:
         """Return the same recording with its ground truth read from `folder/<id>.png`."""
         if not folder.is_dir():
             raise DataError(folder, "is not a folder", "give a folder of <frame id>.png")
-        files = [folder / f"{id}.png" for id in self.ids]
-        if not any(file.is_file() for file in files):
-            raise DataError(
-                folder, "holds ground truth for no frame", f"name files such as {self.ids[0]}.png"
-            )
+        files = [_mask_of(folder, id) for id in self.ids]
+        if not any(files):
+            held = next(iter(find_masks(folder).values()), None)
+            found = "holds ground truth for no frame" + (f", but {held.name}" if held else "")
+            raise DataError(folder, found, f"name files such as {self.ids[0]}.png")
         other = copy.copy(self)
-        other.label_values = GROUND_TRUTH_VALUES
         other.entries = tuple(
-            replace(entry, ground_truth=file if file.is_file() else None)
+            replace(entry, ground_truth=file)
             for entry, file in zip(self.entries, files, strict=True)
         )
+        other._judge_masks()
+        if other.mask_fault is not None:
+            raise other.mask_fault
         return other
 
     def read_depth(self, path: Path) -> Depth:
         """Read depth registered to the colour image, (H, W) float32 metres; `UnreadableFile`."""
         return read_depth(path, self.depth_scale)
 
-    def read_truth(self, path: Path) -> npt.NDArray[Any]:
-        """Read an annotated image, (H, W) as stored; `DataError` where it is no good."""
+    def read_rgb(self, path: Path) -> Rgb:
+        """Read a colour image, (H, W, 3) uint8; raises `UnreadableFile`."""
+        return read_rgb(path, is_turned=self.is_turned)
+
+    def read_truth(
+        self, path: Path, read: Callable[..., npt.NDArray[Any]] = read_numbers
+    ) -> npt.NDArray[Any]:
+        """Read an annotated image, (H, W) as `read` does; `DataError` where it is no good."""
         try:
-            values = read_grey(path)
+            values = read(path, is_turned=self.is_turned)
         except UnreadableFile as fault:
             raise DataError(path, str(fault), "replace or delete it") from None
         width, height = self.size
@@ -210,8 +241,19 @@ class Recording:
             raise DataError(path, found, f"make it {width}x{height} like the colour images")
         return values
 
+    def _judge_masks(self) -> None:
+        """Find out what the values of the masks mean; see `mask_fault`."""
+        files = [entry.ground_truth for entry in self.entries if entry.ground_truth]
+        remarks: list[str] = []
+        self.label_values, self.mask_fault = GROUND_TRUTH_VALUES, None
+        try:
+            self.label_values = judge_masks(files, self.labels, remarks, is_turned=self.is_turned)
+        except DataError as fault:
+            self.mask_fault = fault
+        self.remarks = (*self.remarks, *remarks)
+
     def _read_rgb(self, path: Path) -> Rgb:
-        rgb = read_rgb(path)
+        rgb = self.read_rgb(path)
         if self.camera is not None:
             check_frame_size(path, rgb.shape, self.size)
         return rgb
@@ -230,6 +272,11 @@ class Recording:
         except UnreadableFile as fault:
             problems.append(str(fault))
             return None
+
+
+def _mask_of(folder: Path, id: str) -> Path | None:
+    files = (folder / f"{id}{ending}" for ending in MASK_ENDINGS)
+    return next((file for file in files if file.is_file()), None)
 
 
 def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
@@ -259,11 +306,13 @@ def assume_camera(
     return CameraFile(scaled_camera(camera, size), depth_scale)
 
 
-def image_size(path: Path, images: Sequence[Path]) -> tuple[int, int]:
+def image_size(
+    path: Path, images: Sequence[Path], read: Callable[[Path], Rgb] = read_rgb
+) -> tuple[int, int]:
     """Return (width, height) of the first colour image that can be read; `DataError` if none."""
     if not images:
         raise DataError(path, "holds no colour images", "check that the recording is complete")
-    size = first_size(images, read_rgb)
+    size = first_size(images, read)
     if size is None:
         found = f"none of the {len(images)} colour images can be read"
         raise DataError(path, found, "copy the recording again")

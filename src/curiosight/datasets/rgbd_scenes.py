@@ -72,6 +72,7 @@ class RgbdScenes(Recording):
             entries,
             calibration.camera,
             depth_scale=calibration.depth_scale,
+            labels=calibration.labels,
             remarks=remarks,
         )
 

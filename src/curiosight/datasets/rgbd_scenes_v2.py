@@ -60,6 +60,7 @@ class RgbdScenesV2(Recording):
             entries,
             calibration.camera,
             depth_scale=calibration.depth_scale,
+            labels=calibration.labels,
             remarks=remarks,
         )
 

@@ -59,6 +59,7 @@ class SevenScenes(Recording):
             entries,
             _with_window(path, calibration.camera, self.depth_camera),
             depth_scale=calibration.depth_scale,
+            labels=calibration.labels,
         )
 
     def read_depth(self, path: Path) -> Depth:
