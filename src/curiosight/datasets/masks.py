@@ -27,7 +27,6 @@ N_LOOKED_AT = 64
 MAX_SMEAR = 16
 # Nobody paints "cannot say" in a grey that looks black: these are numbers of classes or objects.
 MAX_NUMBER = 31
-REMEDY = "multiply by 255, so that objects are 255 and the rest 0"
 BY_CAMERA_FILE = ', or say what the values mean with "labels" in camera.json'
 PAINT_GREYS = "write greys: 255 salient, 0 not salient, 125 unknown"
 
@@ -90,7 +89,7 @@ def judge_masks(
     counts = _count_values(files, lambda file: read_mask(file, is_turned=is_turned))
     if not _are_codes(counts):
         if labels is None:
-            raise DataError(files[0].parent, _found(counts), REMEDY + BY_CAMERA_FILE)
+            raise DataError(files[0].parent, _found(counts), _remedy(counts) + BY_CAMERA_FILE)
         return labels
     if counts.any() and not counts[Label.SALIENT :].any():
         n_looked_at = len(_spread(files))
@@ -106,7 +105,7 @@ def check_masks(files: Sequence[Path], *, is_turned: bool = False) -> None:
     """
     counts = _count_values(files, lambda file: read_mask(file, is_turned=is_turned))
     if not _are_codes(counts):
-        raise DataError(files[0].parent, _found(counts), REMEDY)
+        raise DataError(files[0].parent, _found(counts), _remedy(counts))
 
 
 def check_greys(files: Sequence[Path]) -> None:
@@ -150,6 +149,12 @@ def _are_codes(n_of_value: npt.NDArray[np.int64]) -> bool:
     if n_salient:
         return bool(n_of_value[1 : MAX_NUMBER + 1].sum() <= n_salient)
     return set(np.flatnonzero(n_of_value).tolist()) <= set(CODES)
+
+
+def _remedy(n_of_value: npt.NDArray[np.int64]) -> str:
+    if np.flatnonzero(n_of_value).tolist() in ([1], [0, 1]):
+        return "multiply by 255, so that objects are 255 and the rest 0"
+    return "write 255 for objects, 0 for what is none and 125 for what is unknown"
 
 
 def _found(n_of_value: npt.NDArray[np.int64]) -> str:
