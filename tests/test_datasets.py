@@ -352,7 +352,7 @@ def test_ground_truth_behind_and_beside_links(tmp_path: Path) -> None:
     (scene / "seq-01").symlink_to(tmp_path / "disk/recorded")
     (scene / "ground_truth").symlink_to(tmp_path / "disk/truth")
     (tmp_path / "mine").symlink_to(scene / "seq-01")
-    for way in (scene, scene / "seq-01"):
+    for way in (scene, scene / "seq-01", tmp_path / "mine"):
         dataset = open_dataset(way)
         assert [dataset.has_ground_truth(index) for index in range(3)] == [True, False, True]
     (tmp_path / "disk/recorded").rename(tmp_path / "disk/seq-07")

@@ -85,6 +85,18 @@ def _search(
             _search(child, holds_frames, levels - 1, pattern, found)
 
 
+def places_of(folder: Path) -> list[Path]:
+    """Return where a folder lies: as it is called, each link on the way, and where it ends."""
+    places = [Path(os.path.abspath(folder))]
+    while places[-1].is_symlink():
+        target = places[-1].parent / places[-1].readlink()
+        place = Path(os.path.abspath(target))
+        if place in places:
+            break
+        places.append(place)
+    return list(dict.fromkeys([*places, folder.resolve()]))
+
+
 def find_ground_truth(
     root: Path, sequence: Path | None = None, prefix: str = ""
 ) -> dict[str, Path]:
@@ -97,8 +109,7 @@ def find_ground_truth(
     sequence = sequence or root
     folders = [root / "ground_truth" / prefix, sequence / "ground_truth"]
     if sequence == root:
-        # As it is called, and where it really lies, if it was opened through a link.
-        for opened in dict.fromkeys((Path(os.path.abspath(sequence)), sequence.resolve())):
+        for opened in places_of(sequence):
             if opened.name.startswith("seq"):
                 beside = opened.parent / "ground_truth"
                 folders.append(beside / opened.name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +56,18 @@ def read_mask(path: Path, *, is_turned: bool = False) -> Values:
 
 def find_masks(folder: Path) -> dict[str, Path]:
     """Map names without ending to the masks that lie in a folder; none if there is no folder."""
-    files: dict[str, Path] = {}
-    for ending in reversed(MASK_ENDINGS):
-        files.update({path.stem: path for path in folder.glob(f"*{ending}")})
-    return files
+    files = list(folder.iterdir()) if folder.is_dir() else []
+    return {file.stem: file for file in by_ending(file for file in files if is_mask(file))}
+
+
+def is_mask(file: Path) -> bool:
+    """Tell whether a file may be a mask by its name."""
+    return file.suffix.lower() in MASK_ENDINGS and not file.name.startswith(".")
+
+
+def by_ending(files: Iterable[Path]) -> list[Path]:
+    """Sort files so that of two with the same name the better one comes last."""
+    return sorted(files, key=lambda file: -MASK_ENDINGS.index(file.suffix.lower()))
 
 
 def find_all_masks(folder: Path) -> Iterator[Path]:
@@ -72,7 +80,7 @@ def find_all_masks(folder: Path) -> Iterator[Path]:
             continue
         seen.add(real)
         folders.sort()
-        yield from (Path(place, name) for name in sorted(names) if name.endswith(MASK_ENDINGS))
+        yield from filter(is_mask, (Path(place, name) for name in sorted(names)))
 
 
 def judge_masks(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Self
@@ -18,9 +17,10 @@ from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
     list_images,
+    places_of,
     subfolder,
 )
-from curiosight.datasets.masks import check_greys
+from curiosight.datasets.masks import check_greys, find_masks
 from curiosight.datasets.recording import (
     Entry,
     GroundTruth,
@@ -162,9 +162,9 @@ def _label_values(sequence: Path) -> LabelValues:
     """Return what the values of a sequence's `label` mean: OCID tells it by its folders' names."""
     if not _is_ocid(sequence) or (sequence / "image_color").is_dir():
         return OSD_VALUES
-    # As it is called, and where it really lies; of both, the folder nearest to the sequence.
-    parts = [*sequence.resolve().parts, *Path(os.path.abspath(sequence)).parts]
-    place = next((part for part in reversed(parts) if part in OCID_VALUES), None)
+    # The folder nearest to the sequence tells, as it is called before where it really lies.
+    parts = (part for place in places_of(sequence) for part in reversed(place.parts))
+    place = next((part for part in parts if part in OCID_VALUES), None)
     if place is None and (sequence / "pcd").is_dir():
         place = "floor"
     return OSD_VALUES if place is None else OCID_VALUES[place]
@@ -196,9 +196,8 @@ def _annotations(sequences: dict[str, Path]) -> list[Path | None]:
     files: list[Path | None] = []
     for sequence in sequences.values():
         labels = subfolder(sequence, LABEL_FOLDERS)
-        for rgb in _list_colour(sequence).values():
-            file = labels / f"{rgb.stem}.png" if labels else None
-            files.append(file if file and file.is_file() else None)
+        annotated = find_masks(labels) if labels else {}
+        files += [annotated.get(rgb.stem) for rgb in _list_colour(sequence).values()]
     return files
 
 

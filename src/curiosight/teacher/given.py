@@ -15,7 +15,13 @@ import numpy.typing as npt
 from curiosight.datasets.coco_boxes import read_coco
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.frame_names import frame_of_file, match_names
-from curiosight.datasets.masks import MASK_ENDINGS, check_masks, find_all_masks, read_mask
+from curiosight.datasets.masks import (
+    MASK_ENDINGS,
+    by_ending,
+    check_masks,
+    find_all_masks,
+    read_mask,
+)
 from curiosight.errors import DataError
 from curiosight.frame import Frame, Label
 from curiosight.teacher.segmented import Segmentation
@@ -166,8 +172,9 @@ def _files_by_frame(
     folder: Path, files: Sequence[Path], ids: Sequence[str] | None
 ) -> dict[str, Path]:
     """Return the mask of each frame, of two endings the better one."""
-    by_ending = sorted(files, key=lambda file: MASK_ENDINGS.index(file.suffix), reverse=True)
-    file_of_name = {file.relative_to(folder).with_suffix("").as_posix(): file for file in by_ending}
+    file_of_name = {
+        file.relative_to(folder).with_suffix("").as_posix(): file for file in by_ending(files)
+    }
     if ids is None:
         return file_of_name
     name_of_id = _matched(folder, list(file_of_name), ids, "masks")
