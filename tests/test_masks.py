@@ -209,6 +209,14 @@ def test_masks_without_255_are_refused_in_one_line(
     assert "no mask holds 255" in refusal(capsys, "learn", tmp_path / "other", *options)
 
 
+def test_camera_file_is_no_remedy_where_it_is_not_read(tmp_path: Path) -> None:
+    write_folder(tmp_path / "r", n_frames=1)
+    (tmp_path / "r/ground_truth").rename(tmp_path / "r/rgb/ground_truth")
+    save_masks(tmp_path / "r/rgb/ground_truth", lambda mask: mask // 255)
+    with pytest.raises(DataError, match="objects are 255 and the rest 0$"):
+        open_dataset(tmp_path / "r/rgb")
+
+
 def test_camera_file_says_what_other_values_mean(tmp_path: Path) -> None:
     views = write_folder(tmp_path, n_frames=2)
     labels = {"support": [0], "objects_from": 1, "ignore": [255]}
@@ -256,6 +264,14 @@ def test_one_mask_painted_in_colours_is_one_bad_frame(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="painted in colours"):
         dataset.ground_truth(0)
     np.testing.assert_array_equal(dataset.ground_truth(1), views[1].ground_truth)
+
+
+def test_masks_of_another_size_tell_both(tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "r", n_frames=2)
+    save_masks(tmp_path / "r/ground_truth", lambda mask: mask[::2, ::2])
+    line = refusal(capsys, "score-teacher", tmp_path / "r", "--quiet", "--out", tmp_path / "out")
+    assert "2 of 2 frames cannot be scored" in line
+    assert "(ground truth: is 80x60, not 160x120)" in line
 
 
 def test_where_nothing_is_marked_precision_is_undefined(tmp_path: Path, capsys: Capsys) -> None:

@@ -43,6 +43,7 @@ class Bop(Recording):
     """
 
     name = "BOP"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

@@ -15,6 +15,7 @@ class Images(Recording):
     """
 
     name = "folder of images"
+    masks_may_be_labelled = False
     is_turned = True
 
     @classmethod

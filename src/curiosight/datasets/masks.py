@@ -89,15 +89,18 @@ def judge_masks(
     remarks: list[str],
     *,
     is_turned: bool = False,
+    may_be_labelled: bool = True,
 ) -> LabelValues:
     """Return what the values of a recording's masks mean: 255 and 0, or else `labels`.
 
-    labels: what `camera.json` says. Remarks on masks that mark nothing; raises as `check_masks`.
+    labels: what `camera.json` says. may_be_labelled: it can be asked to. Remarks on masks that
+    mark nothing; raises as `check_masks`.
     """
     counts = _count_values(files, lambda file: read_mask(file, is_turned=is_turned))
     if not _are_codes(counts):
         if labels is None:
-            raise DataError(files[0].parent, _found(counts), _remedy(counts) + BY_CAMERA_FILE)
+            remedy = _remedy(counts) + (BY_CAMERA_FILE if may_be_labelled else "")
+            raise DataError(files[0].parent, _found(counts), remedy)
         return labels
     if counts.any() and not counts[Label.SALIENT :].any():
         n_looked_at = len(_spread(files))

@@ -57,6 +57,7 @@ class Osd(Recording):
     """The Object Segmentation Database, or OCID down to any of its folders."""
 
     name = "OSD / OCID"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

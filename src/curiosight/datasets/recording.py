@@ -125,6 +125,8 @@ class Recording:
     name = "recording"
     # Depth has no mark of which way up it is, so colour and masks stay as they are stored.
     is_turned = False
+    # By "labels" in camera.json, where that does not speak of other images.
+    masks_may_be_labelled = True
 
     def __init__(
         self,
@@ -237,7 +239,7 @@ class Recording:
             raise DataError(path, str(fault), "replace or delete it") from None
         width, height = self.size
         if values.shape != (height, width):
-            found = f"is {values.shape[1]}x{values.shape[0]}"
+            found = f"is {values.shape[1]}x{values.shape[0]}, not {width}x{height}"
             raise DataError(path, found, f"make it {width}x{height} like the colour images")
         return values
 
@@ -247,7 +249,13 @@ class Recording:
         remarks: list[str] = []
         self.label_values, self.mask_fault = GROUND_TRUTH_VALUES, None
         try:
-            self.label_values = judge_masks(files, self.labels, remarks, is_turned=self.is_turned)
+            self.label_values = judge_masks(
+                files,
+                self.labels,
+                remarks,
+                is_turned=self.is_turned,
+                may_be_labelled=self.masks_may_be_labelled,
+            )
         except DataError as fault:
             self.mask_fault = fault
         self.remarks = (*self.remarks, *remarks)

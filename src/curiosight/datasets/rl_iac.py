@@ -38,6 +38,7 @@ class RlIac(Recording):
     """
 
     name = "RL-IAC"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
