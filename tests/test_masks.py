@@ -213,7 +213,7 @@ def test_camera_file_is_no_remedy_where_it_is_not_read(tmp_path: Path) -> None:
     write_folder(tmp_path / "r", n_frames=1)
     (tmp_path / "r/ground_truth").rename(tmp_path / "r/rgb/ground_truth")
     save_masks(tmp_path / "r/rgb/ground_truth", lambda mask: mask // 255)
-    with pytest.raises(DataError, match="objects are 255 and the rest 0$"):
+    with pytest.raises(DataError, match=r"objects are 255 and the rest 0$"):
         open_dataset(tmp_path / "r/rgb")
 
 
