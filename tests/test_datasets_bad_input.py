@@ -227,16 +227,6 @@ def test_two_frames_of_one_name(tmp_path: Path) -> None:
     assert "give every colour image a name of its own" in message
 
 
-@pytest.mark.parametrize("name", ["rgb", "groundtruth"])
-def test_stamps_in_nanoseconds(name: str, tmp_path: Path) -> None:
-    write_tum(tmp_path)
-    path = tmp_path / f"{name}.txt"
-    path.write_text(path.read_text().replace("1305031229.", "1305031229000"))
-    message = refusal(tmp_path)
-    assert f"{name}.txt" in message
-    assert "in seconds" in message
-
-
 def test_cameras_without_a_common_view(tmp_path: Path) -> None:
     write_seven_scenes(tmp_path)
     write_camera_file(tmp_path, kinect(), cx=-500.0)

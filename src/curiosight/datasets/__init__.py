@@ -109,7 +109,11 @@ def open_dataset(
         dataset = dataset.read_as(reading)
     if reading.fix_units and dataset.has_depth:
         dataset = fix_units(dataset)
-    return dataset if ground_truth is None else dataset.with_ground_truth(Path(ground_truth))
+    if ground_truth is not None:
+        return dataset.with_ground_truth(Path(ground_truth))
+    if dataset.mask_fault is not None:
+        raise dataset.mask_fault
+    return dataset
 
 
 def _open(path: Path) -> Recording | Video:

@@ -5,19 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.pose_text import PoseRow
-from curiosight.datasets.trajectory import (
-    MAX_STAMP_NS,
-    NS_PER_SECOND,
-    Trajectory,
-    parse_stamp,
-)
+from curiosight.datasets.trajectory import Trajectory, parse_stamp
 from curiosight.errors import DataError
 from curiosight.frame import Pose
 
@@ -26,8 +20,7 @@ from curiosight.frame import Pose
 MIN_SHARE_OF_STAMPS = 0.2
 MIN_SHARE_OF_NUMBERS = 0.9
 SAME_STAMP_NS = 1_000_000
-# Above these, a whole number counts parts of a second since 1970 rather than seconds.
-NS_PER_COUNT = ((10**17, 1), (10**14, 10**3), (10**11, 10**6), (0, NS_PER_SECOND))
+NS_PER_SECOND = 10**9
 # Seconds below this may as well be the numbers of frames.
 MIN_CLOCK_NS = 1_000_000 * NS_PER_SECOND
 COLOUR_SUFFIX = re.compile(r"[._-](?:rgb|colou?r|image)$", re.IGNORECASE)
@@ -52,9 +45,9 @@ def match_poses(
 ) -> Matched | None:
     """Return each image's row; None where nothing tells it. Arguments as in `find_poses`."""
     keys = [row.key for row in rows]
-    if any(key is not None and lenient_stamp(key) is None for key in keys):
+    if any(key is not None and stamp_or_none(key) is None for key in keys):
         return _by_name(keys, names)
-    stamps = [lenient_stamp(plain_stem(name)) for name in names]
+    stamps = [stamp_or_none(plain_stem(name)) for name in names]
     if stamps_ns is not None:
         stamps = [
             of_name if own is None else own for own, of_name in zip(stamps_ns, stamps, strict=True)
@@ -71,21 +64,12 @@ def plain_stem(name: str) -> str:
     return COLOUR_SUFFIX.sub("", name)
 
 
-def lenient_stamp(text: str) -> int | None:
-    """Return nanoseconds of a time in seconds, or in whole parts of seconds; None if none.
-
-    >>> lenient_stamp("1.305031229528748e+09") == lenient_stamp("1305031229528748000")
-    True
-    """
+def stamp_or_none(text: str) -> int | None:
+    """Return nanoseconds of a time, see `parse_stamp`; None where the text is none."""
     try:
-        number = Decimal(text)
-    except InvalidOperation:
+        return parse_stamp(text)
+    except ValueError:
         return None
-    if not number.is_finite() or not 0 <= number < MAX_STAMP_NS:
-        return None
-    unit = next(unit for least, unit in NS_PER_COUNT if number >= least)
-    stamp = int(number * unit)
-    return stamp if stamp <= MAX_STAMP_NS else None
 
 
 def varying_numbers(names: Sequence[str]) -> list[list[int]]:
@@ -118,7 +102,7 @@ def _by_name(keys: Sequence[str | None], names: Sequence[str]) -> Matched | None
 
 def _by_stamp(rows: Sequence[PoseRow], stamps: Sequence[int | None]) -> Matched | None:
     """Match times, the nearest within 1 ms, or else between two poses."""
-    times = [-1 if row.key is None else lenient_stamp(row.key) or 0 for row in rows]
+    times = [-1 if row.key is None else stamp_or_none(row.key) or 0 for row in rows]
     known = [stamp for stamp in stamps if stamp is not None]
     if not known or -1 in times or not _is_clock(known):
         return None
@@ -212,7 +196,7 @@ def match_stamps(
     of rows tells which is whose.
     """
     row_of_stamp = {int(stamp): row for row, stamp in enumerate(stamps_ns)}
-    stamps = [_stamp_of_name(name) for name in names]
+    stamps = [stamp_or_none(name) for name in names]
     rows = [None if stamp is None else row_of_stamp.get(stamp) for stamp in stamps]
     n_poses, n_matched = len(stamps_ns), len(names) - rows.count(None)
     share = MIN_SHARE_OF_STAMPS
@@ -229,10 +213,3 @@ def match_stamps(
         f"and its stamps are the names of {n_matched or 'none'} of them",
         "give one line a frame, or name the images by their stamps",
     )
-
-
-def _stamp_of_name(name: str) -> int | None:
-    try:
-        return parse_stamp(name)
-    except ValueError:
-        return None

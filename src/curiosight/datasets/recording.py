@@ -19,6 +19,13 @@ from curiosight.datasets.cameras.camera_file import (
 from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_camera, with_window
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
+from curiosight.datasets.masks import (
+    MASK_ENDINGS,
+    find_masks,
+    judge_masks,
+    read_mask,
+    read_numbers,
+)
 from curiosight.datasets.reading import Reading
 from curiosight.datasets.sizes import (
     check_frame_size,
@@ -128,11 +135,18 @@ class Recording:
     depth_form: what the numbers of depth files mean.
     depth_camera: where depth is not registered to colour; None = it is. Registered depth of
         another size is brought to colour's.
+    label_values: of the ground-truth files; None = 255 salient, 0 not salient, else ignored.
+    labels: what they mean where no such values are in them.
+    mask_fault: why the masks, or the label images, can all not be read; None = they can.
     reasons: what the layout was told by beside `evidence`, in words.
     """
 
     name = "recording"
     evidence = ""
+    # Depth has no mark of which way up it is, so colour and masks stay as they are stored.
+    is_turned = False
+    # By "labels" in camera.json, where that does not speak of other images.
+    masks_may_be_labelled = True
 
     def __init__(
         self,
@@ -142,7 +156,8 @@ class Recording:
         *,
         depth_form: DepthForm = MILLIMETRES,
         depth_camera: DepthCamera | None = None,
-        label_values: LabelValues = GROUND_TRUTH_VALUES,
+        label_values: LabelValues | None = None,
+        labels: LabelValues | None = None,
         remarks: Sequence[str] = (),
         reasons: Sequence[str] = (),
     ) -> None:
@@ -152,11 +167,13 @@ class Recording:
         self.depth_form = depth_form
         self.depth_camera = depth_camera
         self.min_confidence = USUAL_CONFIDENCE
-        self.label_values = label_values
+        self.labels = labels
+        self.label_values = label_values or GROUND_TRUTH_VALUES
+        self.mask_fault: DataError | None = None
         self.reasons = tuple(filter(None, (self.evidence, *reasons)))
         self.ids = tuple(entry.id for entry in self.entries)
         self.poses = self._colour_poses()
-        self.size = image_size(path, [entry.rgb for entry in self.entries])
+        self.size = image_size(path, [entry.rgb for entry in self.entries], self.read_rgb)
         self.camera = None if camera is None else fit_camera(path, camera, self.size)
         self._intrinsics_size = self.size if camera is None else (camera.width, camera.height)
         self.depth_size: tuple[int, int] | None = None
@@ -168,6 +185,8 @@ class Recording:
                 self.depth_size = raw.shape[1], raw.shape[0]
                 self._has_floats = raw.dtype.kind == "f"
         self.remarks_on_files = tuple(remarks)
+        if label_values is None:
+            self._judge_masks()
 
     @property
     def has_depth(self) -> bool:
@@ -224,26 +243,34 @@ class Recording:
     def ground_truth(self, index: int) -> GroundTruth | None:
         """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none.
 
-        Raises `DataError` where the file is damaged or not of the colour image's size.
+        Raises `DataError` where the file is damaged or not of the colour image's size, and where
+        the masks together have no meaning (`mask_fault`).
         """
         path = self.entries[index].ground_truth
-        return None if path is None else self.label_values.to_ground_truth(self.read_truth(path))
+        if path is None:
+            return None
+        if self.mask_fault is not None:
+            raise self.mask_fault
+        read = read_mask if self.label_values == GROUND_TRUTH_VALUES else read_numbers
+        return self.label_values.to_ground_truth(self.read_truth(path, read))
 
     def with_ground_truth(self, folder: Path) -> Self:
         """Return the same recording with its ground truth read from `folder/<id>.png`."""
         if not folder.is_dir():
             raise DataError(folder, "is not a folder", "give a folder of <frame id>.png")
-        files = [folder / f"{id}.png" for id in self.ids]
-        if not any(file.is_file() for file in files):
-            raise DataError(
-                folder, "holds ground truth for no frame", f"name files such as {self.ids[0]}.png"
-            )
+        files = [_mask_of(folder, id) for id in self.ids]
+        if not any(files):
+            held = next(iter(find_masks(folder).values()), None)
+            found = "holds ground truth for no frame" + (f", but {held.name}" if held else "")
+            raise DataError(folder, found, f"name files such as {self.ids[0]}.png")
         other = copy.copy(self)
-        other.label_values = GROUND_TRUTH_VALUES
         other.entries = tuple(
-            replace(entry, ground_truth=file if file.is_file() else None)
+            replace(entry, ground_truth=file)
             for entry, file in zip(self.entries, files, strict=True)
         )
+        other._judge_masks()
+        if other.mask_fault is not None:
+            raise other.mask_fault
         return other
 
     def read_as(self, reading: Reading) -> Self:
@@ -270,15 +297,21 @@ class Recording:
         """Read depth as it was recorded, (h, w) float32 metres; raises `UnreadableFile`."""
         return read_depth(path, self.depth_form)
 
-    def read_truth(self, path: Path) -> npt.NDArray[Any]:
-        """Read an annotated image, (H, W) as stored; `DataError` where it is no good."""
+    def read_rgb(self, path: Path) -> Rgb:
+        """Read a colour image, (H, W, 3) uint8; raises `UnreadableFile`."""
+        return read_rgb(path, is_turned=self.is_turned)
+
+    def read_truth(
+        self, path: Path, read: Callable[..., npt.NDArray[Any]] = read_numbers
+    ) -> npt.NDArray[Any]:
+        """Read an annotated image, (H, W) as `read` does; `DataError` where it is no good."""
         try:
-            values = read_grey(path)
+            values = read(path, is_turned=self.is_turned)
         except UnreadableFile as fault:
             raise DataError(path, str(fault), "replace or delete it") from None
         width, height = self.size
         if values.shape != (height, width):
-            found = f"is {values.shape[1]}x{values.shape[0]}"
+            found = f"is {values.shape[1]}x{values.shape[0]}, not {width}x{height}"
             raise DataError(path, found, f"make it {width}x{height} like the colour images")
         return values
 
@@ -290,8 +323,25 @@ class Recording:
         T_depth_colour = np.linalg.inv(self.depth_camera.T_colour_depth)
         return tuple(None if pose is None else pose @ T_depth_colour for pose in poses)
 
+    def _judge_masks(self) -> None:
+        """Find out what the values of the masks mean; see `mask_fault`."""
+        files = [entry.ground_truth for entry in self.entries if entry.ground_truth]
+        remarks: list[str] = []
+        self.label_values, self.mask_fault = GROUND_TRUTH_VALUES, None
+        try:
+            self.label_values = judge_masks(
+                files,
+                self.labels,
+                remarks,
+                is_turned=self.is_turned,
+                may_be_labelled=self.masks_may_be_labelled,
+            )
+        except DataError as fault:
+            self.mask_fault = fault
+        self.remarks_on_files = (*self.remarks_on_files, *remarks)
+
     def _read_rgb(self, path: Path) -> Rgb:
-        rgb = read_rgb(path)
+        rgb = self.read_rgb(path)
         if self.camera is not None:
             check_frame_size(path, rgb.shape, self.size)
         return rgb
@@ -342,6 +392,11 @@ class Recording:
         except UnreadableFile as fault:
             problems.append(str(fault))
             return None
+
+
+def _mask_of(folder: Path, id: str) -> Path | None:
+    files = (folder / f"{id}{ending}" for ending in MASK_ENDINGS)
+    return next((file for file in files if file.is_file()), None)
 
 
 def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:

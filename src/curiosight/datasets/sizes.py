@@ -14,7 +14,7 @@ from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.decoding import UnreadableFile, read_rgb
 from curiosight.datasets.depth_files import EightBitDepth, Raw, read_raw_depth
 from curiosight.errors import DataError
-from curiosight.frame import Camera
+from curiosight.frame import Camera, Rgb
 
 Size = tuple[int, int]
 # Of the quotient of width and height: sizes such as 341x256 are rounded.
@@ -48,11 +48,11 @@ def fit_camera(path: Path, camera: Camera, size: Size) -> Camera:
     return scaled_camera(camera, size)
 
 
-def image_size(path: Path, images: Sequence[Path]) -> Size:
+def image_size(path: Path, images: Sequence[Path], read: Callable[[Path], Rgb] = read_rgb) -> Size:
     """Return (width, height) of the first colour image that can be read; `DataError` if none."""
     if not images:
         raise DataError(path, "holds no colour images", "check that the recording is complete")
-    size = first_size(images, read_rgb)
+    size = first_size(images, read)
     if size is None:
         found = f"none of the {len(images)} colour images can be read"
         raise DataError(path, found, "copy the recording again")

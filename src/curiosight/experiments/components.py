@@ -53,7 +53,8 @@ def make_teacher(
     if temporal and pipeline == "paper":
         raise ValueError("temporal: expected the pipeline 'default', got 'paper'")
     if source != "depth":
-        return open_teacher(source)
+        is_turned = getattr(dataset, "is_turned", False)
+        return open_teacher(source, dataset.ids, is_turned=is_turned)
     frames: Iterable[Frame] = _survey_frames(config, dataset)
     if temporal:
         frames = list(frames)

@@ -10,7 +10,6 @@ import numpy as np
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Doubt, find_doubts
-from curiosight.errors import DataError
 from curiosight.experiments.components import choose_regions, survey_frames
 from curiosight.frame import Frame
 from curiosight.teacher import Survey
@@ -113,11 +112,9 @@ def doubts_of(dataset: Dataset) -> list[Doubt]:
 
 
 def _survey(config: Config, frames: Sequence[Frame]) -> Survey | None:
-    """Return what frames tell together; None where none of them has depth."""
-    try:
-        return survey_frames(config, [frame for frame in frames if frame.problem is None])
-    except DataError:
-        return None
+    """Return what frames tell together; None where none of them has depth that can be used."""
+    good = [frame for frame in frames if frame.problem is None and frame.depth is not None]
+    return survey_frames(config, good) if good else None
 
 
 def _camera(dataset: Dataset) -> dict[str, Any] | None:

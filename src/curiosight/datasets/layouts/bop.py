@@ -46,6 +46,7 @@ class Bop(Recording):
 
     name = "BOP"
     evidence = "scene_camera.json with rgb/"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

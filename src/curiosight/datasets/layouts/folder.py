@@ -61,6 +61,7 @@ class Folder(Recording):
             entries,
             calibration.camera,
             depth_form=calibration.depth_form(assumed),
+            labels=calibration.labels,
             remarks=remarks,
         )
 

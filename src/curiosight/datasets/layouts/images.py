@@ -10,9 +10,14 @@ from curiosight.datasets.roles import Role, find_groups, frame_key
 
 
 class Images(Recording):
-    """A folder of images, or of one layout's colour images, without depth."""
+    """A folder of images, or of one layout's colour images, without depth.
+
+    Images and masks are turned as their EXIF orientation asks: as viewers show them.
+    """
 
     name = "folder of images"
+    masks_may_be_labelled = False
+    is_turned = True
     evidence = "images without depth"
 
     @classmethod

@@ -61,6 +61,7 @@ class Named(Recording):
             entries,
             calibration.camera,
             depth_form=calibration.depth_form(assumed),
+            labels=calibration.labels,
             remarks=remarks,
             reasons=list(dict.fromkeys(reasons)),
         )

@@ -68,6 +68,7 @@ class RgbdScenes(Recording):
             entries,
             calibration.camera,
             depth_form=calibration.depth_form(ASSUMED),
+            labels=calibration.labels,
             remarks=remarks,
         )
 

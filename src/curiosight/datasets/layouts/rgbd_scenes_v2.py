@@ -60,6 +60,7 @@ class RgbdScenesV2(Recording):
             entries,
             calibration.camera,
             depth_form=calibration.depth_form(DepthForm(TENTH_OF_A_MILLIMETRE, is_assumed=True)),
+            labels=calibration.labels,
             remarks=remarks,
         )
 

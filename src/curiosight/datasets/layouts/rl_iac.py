@@ -34,6 +34,7 @@ class RlIac(Recording):
 
     name = "RL-IAC"
     evidence = "x.png with x_depth.png or x_GT.png"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

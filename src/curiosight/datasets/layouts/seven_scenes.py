@@ -54,6 +54,7 @@ class SevenScenes(Recording):
             with_window(path, calibration.camera, depth_camera),
             depth_form=calibration.depth_form(MILLIMETRES),
             depth_camera=depth_camera,
+            labels=calibration.labels,
         )
 
 

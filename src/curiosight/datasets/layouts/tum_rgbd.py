@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
-from curiosight.datasets.listing import find_ground_truth, frame_id
+from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
-from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
+from curiosight.datasets.trajectory import parse_stamp, read_trajectory, text_lines
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -59,6 +60,7 @@ class TumRgbd(Recording):
             entries,
             calibration.camera,
             depth_form=calibration.depth_form(DepthForm(DEPTH_SCALE, is_assumed=True)),
+            labels=calibration.labels,
             remarks=remarks,
         )
 
@@ -66,19 +68,35 @@ class TumRgbd(Recording):
 def _read_list(path: Path) -> list[tuple[int, Path]]:
     """Read lines of `stamp file`, sorted by stamp in nanoseconds."""
     images = []
-    for number, words in table_rows(path):
+    for number, line in enumerate(text_lines(path), start=1):
+        line = line.strip()
+        if not line or line.startswith("#"):
+            continue
         try:
-            stamp, name = words
-            images.append((parse_stamp(stamp), path.parent / name))
+            stamp, name = re.split(r"\s*,\s*|\s+", line, maxsplit=1)
+            images.append((parse_stamp(stamp), _listed_file(path.parent, name)))
         except ValueError:
             raise DataError(
-                path,
-                f'line {number} is "{" ".join(words)[:60]}"',
-                "expected: stamp in seconds, file name",
+                path, f'line {number} is "{line[:60]}"', "expected: stamp in seconds, file name"
             ) from None
     if not images:
         raise DataError(path, "lists no images", "check that the recording is complete")
     return sorted(images)
+
+
+def _listed_file(folder: Path, name: str) -> Path:
+    """Return the file of a list's line, in whose name there may be anything; `ValueError`."""
+    if not _is_image_name(name):
+        name = re.split(r"\s#", name, maxsplit=1)[0].rstrip()  # a comment may follow
+    if not _is_image_name(name) and re.search(r"\s", name):
+        raise ValueError(f"name: expected a file, got {name!r}")
+    if "\\" in name and not (folder / name).is_file():
+        name = name.replace("\\", "/")  # as Windows writes it
+    return folder / name
+
+
+def _is_image_name(name: str) -> bool:
+    return name.lower().endswith((*IMAGE_ENDINGS, ".tif", ".tiff"))
 
 
 def _associate(
