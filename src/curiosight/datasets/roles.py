@@ -33,6 +33,8 @@ WORDS = {
     "thumb thumbnail thumbnails debug flow edge edges disparity pose poses colormap error diff",
 }
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
+# They may stand in any name, of depth too.
+WEAK_WORDS = frozenset("image images img imgs".split())
 ENDINGS = frozenset(IMAGE_ENDINGS) | frozenset(DEPTH_ENDINGS)
 
 
@@ -64,11 +66,12 @@ def role_of(name: str) -> Role:
     >>> role_of("aligned_depth_to_color"), role_of("depth_mask"), role_of("000012")
     (<Role.DEPTH: 'depth'>, <Role.OTHER: 'something else'>, <Role.UNSAID: 'unsaid'>)
     """
-    roles = [ROLE_OF[word] for word in words_of(name) if word in ROLE_OF]
+    words = [word for word in words_of(name) if word in ROLE_OF]
+    roles = [ROLE_OF[word] for word in words if word not in WEAK_WORDS]
     for role in (Role.OTHER, Role.CONFIDENCE):
         if role in roles:
             return role
-    return roles[0] if roles else Role.UNSAID
+    return roles[0] if roles else Role.COLOUR if words else Role.UNSAID
 
 
 def frame_key(stem: str) -> str:

@@ -33,12 +33,12 @@ class RlIac(Recording):
     """
 
     name = "RL-IAC"
-    evidence = "x.png with x_depth.png or x_GT.png"
+    evidence = "image_data/ with x.png and x_depth.png, or x_GT.png"
     masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether there are x.png with x_depth.png or x_GT.png, maybe in `image_data`."""
+        """Tell whether there are x.png with x_GT.png, or x_depth.png in `image_data`."""
         return _image_folder(path) is not None
 
     def __init__(self, path: Path) -> None:
@@ -82,8 +82,10 @@ def _existing(path: Path) -> Path | None:
 
 
 def _image_folder(path: Path) -> Path | None:
+    """Return the folder of x.png with partners that only this layout has, or in its own place."""
     for folder in (path / IMAGE_FOLDER, path):
-        for ending in ("_depth", "_GT"):
+        is_own = folder.resolve().name == IMAGE_FOLDER or (path / REGION_FILE).is_file()
+        for ending in ("_depth", "_GT") if is_own else ("_GT",):
             partners = folder.glob(f"*{ending}.png")
             if any(file.with_stem(file.stem.removesuffix(ending)).is_file() for file in partners):
                 return folder
