@@ -103,6 +103,11 @@ class SaliencyLearner:
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
     threshold: a pixel that scores above it is predicted salient, for the error.
+
+    Any number of threads may call `saliency`, `describe` and `predict`, with the same bytes as
+    one thread gives; also while one other thread learns (`observe`, `learn`): each map is then
+    made by the forest from before an update, or from after it, never by a half-changed one.
+    Two threads must not learn at the same time.
     """
 
     def __init__(
