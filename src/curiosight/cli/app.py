@@ -25,7 +25,7 @@ from curiosight.cli import (
     score_teacher,
     segment,
 )
-from curiosight.cli.interrupt import INTERRUPTED
+from curiosight.cli.interrupt import name_interruption
 from curiosight.errors import DataError
 
 app = typer.Typer(
@@ -76,7 +76,10 @@ app.command("bench")(bench.bench)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit: 0, 2 = a mistake that one line explains, 130 = Ctrl-C."""
+    """Run the command line and exit.
+
+    0, 1 = nothing was learned, 2 = a mistake that one line explains, 130 = Ctrl-C, 143 = SIGTERM.
+    """
     sys.exit(run(arguments))
 
 
@@ -97,8 +100,10 @@ def run(arguments: list[str] | None = None) -> int:
         return 1
     except OSError as error:
         return _refuse(f"{error.filename or 'the system'}: {error.strerror}; check path and rights")
-    if status == INTERRUPTED:
-        print("curiosight: interrupted", file=sys.stderr)
+    except SystemExit as stop:  # a second signal
+        status = int(stop.code or 0)
+    if (interruption := name_interruption(status)) is not None:
+        print(f"curiosight: {interruption}", file=sys.stderr)
     return int(status)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
 from curiosight.evaluation.baselines import METHODS
@@ -53,4 +53,4 @@ def saliency(
     talk.results("saliency", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_mapped, 'image')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

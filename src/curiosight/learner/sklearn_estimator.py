@@ -34,8 +34,11 @@ class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[mi
     Features are cut into 256 levels at the quantiles of what has been seen. With every batch of
     `partial_fit` it is asked whether these still tell the samples apart; where too many different
     values share a level, the levels are cut anew and all trees grow again. For that the samples
-    in the buffer are kept as they came too, 8 bytes a number. The parameters are those of `curiosight.learner.forest.Forest`; the second of `classes_` is the salient one. Both
-    classes weigh the same, so 0.5 means equally typical of both, not equally frequent.
+    in the buffer are kept as they came too, 8 bytes a number.
+
+    The parameters are those of `curiosight.learner.forest.Forest`; the second of `classes_` is the
+    salient one. Both classes weigh the same, so 0.5 means equally typical of both, not equally
+    frequent.
 
     >>> from sklearn.datasets import make_classification
     >>> X, y = make_classification(random_state=0)
