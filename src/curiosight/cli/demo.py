@@ -158,7 +158,8 @@ def _sentence(summary: dict[str, Any]) -> str:
         return sentence
     return (
         f"{sentence} Then the things were moved. In {summary['views_after_move']} views it never "
-        f"saw it finds them by colour alone, with an error of {after:.2f}; it was {before:.2f} "
+        f"saw it finds them by colour alone, with an error of {after:.2f} (mean of the "
+        f"{summary['frames_scored_after_move']} with anything to find); it was {before:.2f} "
         "before the move."
     )
 
@@ -178,10 +179,15 @@ def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
     explored = summary["explored"]
     rows: dict[str, Any] = {
         "overall error (1 - F1)": mean_of(
-            explored["overall_error"], explored["frames_scored"], explored["frames_tested"], "view"
+            explored["overall_error"],
+            explored["pooled_error"],
+            explored["frames_scored"],
+            explored["frames_tested"],
+            "view",
         ),
         "after things were moved": mean_of(
             summary["overall_error_after_move"],
+            summary["pooled_error_after_move"],
             summary["frames_scored_after_move"],
             summary["views_after_move"],
             "view",

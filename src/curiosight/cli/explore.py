@@ -235,9 +235,11 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     rows = {
         "steps": summary["steps"],
         "overall error (1 - F1)": mean_of(
-            summary["overall_error"], summary["frames_scored"], summary["frames_tested"]
+            summary["overall_error"],
+            summary["pooled_error"],
+            summary["frames_scored"],
+            summary["frames_tested"],
         ),
-        "the same, all pooled": summary["pooled_error"],
         "tested on": _tested_on(summary),
         "samples": summary["samples"],
         "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
