@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
@@ -59,14 +59,14 @@ def bench(
             for _ in ctrl_c.until_pressed(timing):
                 shown.advance()
     if ctrl_c.is_pressed and not timing.n_timed:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
     figures = timing.figures()
     if json is not None:
         write_json_file(json, figures)
     talk.results("bench", _rows(figures), figures)
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(figures['frames'], 'frame')}")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, Any]:

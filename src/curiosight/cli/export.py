@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
@@ -70,7 +70,7 @@ def export(
     talk.results("export", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_written, 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _divide(config: Config, dataset: Dataset) -> tuple[Sequence[int], Sequence[GraphNode]]:

@@ -44,7 +44,7 @@ def info(
     rows["regions"] = _region_line(facts["regions"])
     talk.results(str(source), rows, facts)
     for warning in facts["warnings"]:
-        talk.warn(f"{warning['text']} ({warning['fix']})")
+        talk.warn_of_doubt(warning["text"], warning["fix"])
 
 
 def _depth_line(depth: dict[str, Any] | None) -> str | None:

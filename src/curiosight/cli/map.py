@@ -55,7 +55,7 @@ def map_(
     folder = OutputFolder(out, "map", source, overwrite=overwrite)
     learner = SaliencyLearner.load(load_run_model(run))
     dataset = open_source(source, reading=settings.reading)
-    talk.introduce(source, dataset)
+    talk.introduce(source, dataset, for_depth=False)
     mapping = Mapping(settings, learner.saliency, dataset, folder)
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
         for frame, saliency in mapping:

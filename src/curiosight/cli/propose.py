@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
@@ -67,4 +67,4 @@ def propose(
     talk.results("propose", rows, {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

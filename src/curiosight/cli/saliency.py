@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
@@ -45,7 +45,7 @@ def saliency(
     folder = OutputFolder(out, "saliency", source, overwrite=overwrite)
     settings = load_config(overrides=reading)
     dataset = open_source(source, reading=settings.reading)
-    talk.introduce(source, dataset)
+    talk.introduce(source, dataset, for_depth=False)
     mapping = Mapping(settings, METHODS[method], dataset, folder)
     following = talk.following(method, len(dataset))
     with announce_compilation(talk.console), CtrlC() as ctrl_c, following as shown:
@@ -58,4 +58,4 @@ def saliency(
     talk.results("saliency", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_mapped, 'image')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

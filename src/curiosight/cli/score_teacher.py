@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
@@ -89,7 +89,7 @@ def score_teacher(
     talk.results("score-teacher", rows, {**figures, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(figures['frames'], 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, Any]:

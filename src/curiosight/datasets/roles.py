@@ -34,7 +34,7 @@ WORDS = {
 }
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
 # They may stand in any name, of depth too.
-WEAK_WORDS = frozenset("image images img imgs".split())
+WEAK_WORDS = frozenset(["image", "images", "img", "imgs"])
 ENDINGS = frozenset(IMAGE_ENDINGS) | frozenset(DEPTH_ENDINGS)
 
 
