@@ -1,0 +1,42 @@
+"""Files of other programs that hold recordings but are not read here, and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from curiosight.errors import DataError
+
+AS_FOLDER = "write its colour and depth (16-bit PNG) to rgb/ and depth/, with a camera.json"
+REMEDY = {
+    ".bag": f"is a bag of ROS 1 or RealSense|{AS_FOLDER}",
+    ".db3": f"is a bag of ROS 2|{AS_FOLDER}",
+    ".mcap": f"is a bag of ROS 2|{AS_FOLDER}",
+    ".sens": "is a scan of ScanNet|export its color, depth, pose, intrinsic with SensReader",
+    ".oni": f"is a recording of OpenNI|{AS_FOLDER}",
+    ".mkv": "is a recording of an Azure Kinect|unpack it with Open3D's azure_kinect_mkv_reader.py",
+    ".r3d": f"is a recording of Record3D|unzip it, {AS_FOLDER}",
+    ".klg": f"is a log of ElasticFusion's logger|{AS_FOLDER}",
+}
+# A video in Matroska is a Kinect's where it has its tags, or a raw track of depth.
+KINECT_MARKS = (b"K4A_DEPTH_MODE", b"K4A_CALIBRATION_FILE", b"V_MS/VFW/FOURCC")
+HEAD_BYTES = 1_000_000
+
+
+def is_foreign(path: Path) -> bool:
+    """Tell whether a file is a recording of another program's that is not read here."""
+    ending = path.suffix.lower()
+    if ending not in REMEDY or not path.is_file():
+        return False
+    return ending != ".mkv" or _is_kinects(path)
+
+
+def refusal(path: Path) -> DataError:
+    """Return the error that says what a foreign file is and how to convert it."""
+    found, _, remedy = REMEDY[path.suffix.lower()].partition("|")
+    return DataError(path, f"{found}, which is not read", remedy)
+
+
+def _is_kinects(path: Path) -> bool:
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    return any(mark in head for mark in KINECT_MARKS)
