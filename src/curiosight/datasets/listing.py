@@ -88,7 +88,7 @@ def _folders(folder: Path, pattern: str) -> list[Path]:
     try:
         with os.scandir(folder) as children:
             names = [child.name for child in children if child.is_dir()]
-    except PermissionError:
+    except (NotADirectoryError, PermissionError):
         return []
     return [folder / name for name in names if fnmatch.fnmatch(name, pattern)]
 

@@ -33,12 +33,11 @@ class VideoFrames:
         self.path = path
         self._is_turned = is_turned
         self._lock = threading.RLock()
-        self._capture: Any = None
-        self._at = -1  # the frame that was decoded last
+        self._capture = _open_capture(path, is_turned)
+        self._at = -1  # the frame that was decoded last; before the first, -1
         self._n_readable: int | None = None  # known once decoding broke off
         self._place_of: dict[float, int] | None = None
         self._is_listed = False
-        self._open()
         self.n_announced = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
         self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         try:
@@ -58,7 +57,7 @@ class VideoFrames:
         with self._lock:
             if self._n_readable is not None and index >= self._n_readable:
                 raise UnreadableFile(f"{self.path.name} breaks off before frame {index}")
-            if self._capture is None:
+            if not self._capture.isOpened():
                 self._open()
             if not self._at <= index <= self._at + MAX_STEPS or self._at < 0 < index:
                 self._seek(index)
@@ -73,16 +72,11 @@ class VideoFrames:
     def close(self) -> None:
         """Give back the decoder's memory; the next frame that is asked for opens it again."""
         with self._lock:
-            if self._capture is not None:
-                self._capture.release()
-            self._capture = None
+            self._capture.release()
 
     def _open(self) -> None:
-        self.close()
-        self._capture = _capture(self.path)
-        if not self._is_turned:
-            # Among the parameters of the constructor it makes opening fail.
-            self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+        self._capture.release()
+        self._capture = _open_capture(self.path, self._is_turned)
         self._at = -1
 
     def _grab(self) -> bool:
@@ -135,7 +129,7 @@ class VideoFrames:
 
 def _list_times(path: Path) -> dict[float, int] | None:
     """Number the times of a video's frames without decoding them; None where they repeat."""
-    capture = _capture(path)
+    capture = _open_capture(path, is_turned=False)
     if not capture.set(cv2.CAP_PROP_FORMAT, RAW_PACKETS):
         return None
     times = []
@@ -147,7 +141,11 @@ def _list_times(path: Path) -> dict[float, int] | None:
     return places if len(places) == len(times) > 0 else None
 
 
-def _capture(path: Path) -> Any:
+def _open_capture(path: Path, is_turned: bool) -> Any:
     # FFmpeg would print its complaints of a damaged file; -8 is its word for silence.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    return cv2.VideoCapture(str(path))
+    capture = cv2.VideoCapture(str(path))
+    if not is_turned:
+        # Among the parameters of the constructor it makes opening fail.
+        capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+    return capture

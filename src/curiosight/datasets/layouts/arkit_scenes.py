@@ -127,11 +127,11 @@ def _poses(path: Path, stamps: list[int]) -> list[Pose | None]:
 
 def _read_trajectory(path: Path) -> Trajectory:
     """Read lines of stamp, axis times angle, position, world to camera; turn them round."""
-    stamps, numbers = [], []
+    stamps, rows = [], []
     for number, words in table_rows(path):
         try:
-            stamp, *values = words
-            numbers.append(np.array(values, np.float64).reshape(6))
+            stamp, *numbers = words
+            rows.append(np.array(numbers, np.float64).reshape(6))
             stamps.append(parse_stamp(stamp))
         except ValueError:
             found = f'line {number} is "{" ".join(words)[:60]}"'
@@ -140,9 +140,9 @@ def _read_trajectory(path: Path) -> Trajectory:
     if not stamps:
         raise DataError(path, "holds no poses", "fill it or delete it")
     order = np.argsort(stamps, kind="stable")
-    values = np.array(numbers)[order]
-    is_pose = np.isfinite(values).all(1)
-    to_world = Rotation.from_rotvec(np.where(is_pose[:, None], values[:, :3], 0.0)).inv()
+    values = np.array(rows)[order]
+    is_pose = np.isfinite(values).all(axis=1, keepdims=True)
+    to_world = Rotation.from_rotvec(np.where(is_pose, values[:, :3], 0.0)).inv()
     positions = -to_world.apply(values[:, 3:])
-    quaternions = np.where(is_pose[:, None], to_world.as_quat(), np.nan)
+    quaternions = np.where(is_pose, to_world.as_quat(), np.nan)
     return Trajectory(np.array(stamps, np.int64)[order], positions, quaternions)
