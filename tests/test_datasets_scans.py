@@ -353,3 +353,15 @@ def test_kinects_matroska_is_refused_and_a_video_is_not(tmp_path: Path) -> None:
     (tmp_path / "other.mkv").write_bytes(b"\x1aE\xdf\xa3...")
     with pytest.raises(DataError, match="cannot be read as a video"):
         open_dataset(tmp_path / "other.mkv")
+
+
+@pytest.mark.parametrize("files", [("metadata", "rgbd/0.depth"), ("metadata.json", "depth/0.exr")])
+def test_folders_of_record3d_are_refused_with_a_remedy(
+    files: tuple[str, str], tmp_path: Path
+) -> None:
+    write_image(tmp_path / "rgb/0.jpg", np.zeros((6, 8, 3), np.uint8))
+    for file in files:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text("{}")
+    with pytest.raises(DataError, match=r"is a recording of Record3D.*16-bit PNG"):
+        open_dataset(tmp_path)
