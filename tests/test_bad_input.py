@@ -124,7 +124,7 @@ def test_all_frames_bad(command: str, source: Path, out: Path, capsys: Capsys) -
         ("--test-every 3 --test nowhere", "expected --test or --test-every, got both"),
         ("--test nowhere", "nowhere: does not exist"),
         ("--ground-truth nowhere --test-every 8", "nowhere: is not a folder"),
-        ("--ground-truth anywhere", "expected --test-every or --test too"),
+        ("--ground-truth anywhere", "anywhere: is not a folder"),
         ("--from nowhere", "nowhere: does not exist"),
         ("--config nowhere.toml", "nowhere.toml: cannot be read"),
     ],

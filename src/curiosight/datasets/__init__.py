@@ -8,18 +8,24 @@ from pathlib import Path
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.fixing import fix_units
+from curiosight.datasets.layouts.arkit_scenes import ArkitScenes
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
+from curiosight.datasets.layouts.foreign import is_foreign, refusal
 from curiosight.datasets.layouts.images import Images
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.replica import Replica
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
 from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
 from curiosight.datasets.layouts.rl_iac import RlIac
 from curiosight.datasets.layouts.rl_iac_tables import GraphNode
 from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
+from curiosight.datasets.layouts.scanner_app import ScannerApp
+from curiosight.datasets.layouts.scannet import ScanNet
 from curiosight.datasets.layouts.seven_scenes import SevenScenes
+from curiosight.datasets.layouts.stray_scanner import StrayScanner
 from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
@@ -36,6 +42,7 @@ from curiosight.errors import DataError
 __all__ = [
     "AS_RECORDED",
     "SOURCES",
+    "ArkitScenes",
     "Bop",
     "Dataset",
     "DexNet",
@@ -52,11 +59,15 @@ __all__ = [
     "Prefetch",
     "Reading",
     "Recording",
+    "Replica",
     "RgbdScenes",
     "RgbdScenesV2",
     "RlIac",
     "RlIacWriter",
+    "ScanNet",
+    "ScannerApp",
     "SevenScenes",
+    "StrayScanner",
     "TumRgbd",
     "Video",
     "check_dataset",
@@ -72,6 +83,11 @@ SOURCES = (
     RgbdScenes,
     RgbdScenesV2,
     Bop,
+    ScannerApp,
+    StrayScanner,
+    ScanNet,
+    ArkitScenes,
+    Replica,
     Osd,
     Folder,
     RlIac,
@@ -119,6 +135,8 @@ def open_dataset(
 def _open(path: Path) -> Recording | Video:
     if not path.exists():
         raise DataError(path, "does not exist", "check the path")
+    if is_foreign(path):
+        raise refusal(path)
     for source in SOURCES:
         if source.recognises(path):
             return source(path)
@@ -126,6 +144,9 @@ def _open(path: Path) -> Recording | Video:
         raise DataError(path, "is a file, and no video", "give the folder of a recording")
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
+    for child in sorted(path.iterdir()):
+        if is_foreign(child):
+            raise refusal(child)
     inside = [child for child in sorted(path.iterdir()) if _has_depth(child)]
     if not inside and Named.recognises_below(path):
         return Named(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import os
 import re
 from collections.abc import Callable, Iterable
@@ -76,9 +77,7 @@ def _search(
 ) -> None:
     if levels == 0:
         return
-    for child in sorted(folder.glob(pattern), key=lambda path: natural_key(path.name)):
-        if not child.is_dir():
-            continue
+    for child in sorted(_folders(folder, pattern), key=lambda path: natural_key(path.name)):
         if holds_frames(child):
             found.append(child)
         else:
@@ -95,6 +94,16 @@ def places_of(folder: Path) -> list[Path]:
             break
         places.append(place)
     return list(dict.fromkeys([*places, folder.resolve()]))
+
+
+def _folders(folder: Path, pattern: str) -> list[Path]:
+    """Return the folders in a folder, which may hold thousands of files."""
+    try:
+        with os.scandir(folder) as children:
+            names = [child.name for child in children if child.is_dir()]
+    except (NotADirectoryError, PermissionError):
+        return []
+    return [folder / name for name in names if fnmatch.fnmatch(name, pattern)]
 
 
 def find_ground_truth(

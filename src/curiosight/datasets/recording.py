@@ -28,6 +28,7 @@ from curiosight.datasets.masks import (
 )
 from curiosight.datasets.reading import Reading
 from curiosight.datasets.sizes import (
+    Size,
     check_frame_size,
     first_depth,
     fit_camera,
@@ -111,6 +112,7 @@ class Entry:
     T_world_camera: as the recording has it, see `DepthCamera.has_the_poses`.
     confidence: an image of how sure depth is, more is surer.
     camera: intrinsics of this very image; None = the recording's.
+    depth_camera: the camera of this very depth image; None = the recording's.
     problem: what listing the recording already found wrong with the frame.
     """
 
@@ -123,6 +125,7 @@ class Entry:
     problem: str | None = None
     confidence: Path | None = None
     camera: Camera | None = None
+    depth_camera: DepthCamera | None = None
 
 
 class Recording:
@@ -173,7 +176,7 @@ class Recording:
         self.reasons = tuple(filter(None, (self.evidence, *reasons)))
         self.ids = tuple(entry.id for entry in self.entries)
         self.poses = self._colour_poses()
-        self.size = image_size(path, [entry.rgb for entry in self.entries], self.read_rgb)
+        self.size = self.colour_size()
         self.camera = None if camera is None else fit_camera(path, camera, self.size)
         self._intrinsics_size = self.size if camera is None else (camera.width, camera.height)
         self.depth_size: tuple[int, int] | None = None
@@ -214,7 +217,7 @@ class Recording:
     def __getitem__(self, index: int) -> Frame:
         entry = self.entries[index]
         problems = [entry.problem] if entry.problem else []
-        rgb = self._attempt(lambda: self._read_rgb(entry.rgb), problems)
+        rgb = self._attempt(lambda: self._read_rgb(entry), problems)
         depth = None
         if self.camera is not None:
             depth = self._attempt(lambda: self._read_depth(entry), problems)
@@ -289,9 +292,21 @@ class Recording:
             other.entries = tuple(map(_with_inverted_pose, self.entries))
         if reading.depth_camera and self.camera is not None:
             other.depth_camera = read_depth_camera(Path(reading.depth_camera), self.depth_size)
+            other.entries = tuple(replace(entry, depth_camera=None) for entry in other.entries)
             other.camera = with_window(self.path, self.camera, other.depth_camera)
         other.poses = other._colour_poses()
         return other
+
+    def colour_size(self) -> Size:
+        """Return (width, height) of the colour images; `DataError` where none can be read."""
+        return image_size(self.path, [entry.rgb for entry in self.entries], self.read_rgb)
+
+    def decode_rgb(self, entry: Entry) -> Rgb:
+        """Decode a frame's colour, (H, W, 3) uint8; raises `UnreadableFile`.
+
+        With `colour_size`, what a recording has of its own whose colour is no image files.
+        """
+        return self.read_rgb(entry.rgb)
 
     def read_depth(self, path: Path) -> Depth:
         """Read depth as it was recorded, (h, w) float32 metres; raises `UnreadableFile`."""
@@ -340,10 +355,10 @@ class Recording:
             self.mask_fault = fault
         self.remarks_on_files = (*self.remarks_on_files, *remarks)
 
-    def _read_rgb(self, path: Path) -> Rgb:
-        rgb = self.read_rgb(path)
+    def _read_rgb(self, entry: Entry) -> Rgb:
+        rgb = self.decode_rgb(entry)
         if self.camera is not None:
-            check_frame_size(path, rgb.shape, self.size)
+            check_frame_size(entry.rgb, rgb.shape, self.size)
         return rgb
 
     def _read_depth(self, entry: Entry) -> Depth:
@@ -356,10 +371,11 @@ class Recording:
         if entry.confidence is not None and self.min_confidence > 0:
             confidence = fit_to(read_grey(entry.confidence), depth.shape[1::-1])
             depth[confidence < self.min_confidence] = np.nan
-        if self.depth_camera is not None:
+        depth_camera = entry.depth_camera or self.depth_camera
+        if depth_camera is not None:
             camera = self.camera_of(entry)
             assert camera is not None
-            return self.depth_camera.registered(depth, camera)
+            return depth_camera.registered(depth, camera)
         if not has_shape_of(depth.shape[1::-1], self.size):
             size, colour = f"{depth.shape[1]}x{depth.shape[0]}", f"{self.size[0]}x{self.size[1]}"
             raise UnreadableFile(
