@@ -16,8 +16,8 @@ import time
 import numpy as np
 from numba.core import event
 import curiosight as cs
-from curiosight.datasets.registration import register_depth
-from curiosight.datasets.seven_scenes import COLOUR_CAMERA, DEPTH_CAMERA
+from curiosight.datasets.cameras.registration import register_depth
+from curiosight.datasets.layouts.seven_scenes import COLOUR_CAMERA, DEPTH_CAMERA
 from curiosight.worlds import open_source
 
 spent = {}

@@ -50,15 +50,19 @@ def files(folder: Path) -> set[str]:
 
 
 def interrupt_at(
-    monkeypatch: pytest.MonkeyPatch, owner: object, method: str, turn: int = 1
+    monkeypatch: pytest.MonkeyPatch,
+    owner: object,
+    method: str,
+    turn: int = 1,
+    number: signal.Signals = signal.SIGINT,
 ) -> None:
-    """Press Ctrl-C when a method is called for the `turn`-th time."""
+    """Press Ctrl-C, or send another signal, when a method is called for the `turn`-th time."""
     original: Callable[..., object] = getattr(owner, method)
     turns = iter(range(1, 1_000_000))
 
     def pressed(*arguments: object, **options: object) -> object:
         if next(turns) == turn:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
         return original(*arguments, **options)
 
     monkeypatch.setattr(owner, method, pressed)

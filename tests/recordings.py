@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from curiosight.datasets import seven_scenes
-from curiosight.datasets.camera_file import scaled_camera
+from curiosight.datasets.cameras.camera_file import scaled_camera
+from curiosight.datasets.layouts import seven_scenes
 from curiosight.frame import Camera, Pose
 from room import View, kinect, poses_around, render
 

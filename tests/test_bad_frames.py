@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from command import succeed
+from command import call, succeed
 from recordings import truncate, write_depth, write_folder, write_image, write_seven_scenes
 from room import ROOM, kinect, poses_around, render
 
@@ -121,12 +121,22 @@ def test_recording_without_any_object(source: Path, model: Path, out: Path, caps
         write_image(source / f"rgb/{index:06d}.png", view.rgb)
         write_depth(source / f"depth/{index:06d}.png", view.depth)
         write_image(source / f"ground_truth/{index:06d}.png", view.ground_truth)
-    explored = succeed(
+    explored = call(
         capsys, "explore", source, "--steps", 4, "--test-every", 2, "--gap", 0, "--out", out / "e"
     )
-    learned = succeed(capsys, "learn", source, "--out", out / "l")
-    assert "warning: nothing was learned" in explored.err
-    assert "warning: nothing was learned" in learned.err
+    learned = call(capsys, "learn", source, "--out", out / "l")
+    folded = call(capsys, "evaluate", source, "--folds", 2, "--out", out / "f")
+    for outcome in (explored, learned, folded):
+        assert outcome.status == 1, outcome.err
+        assert "4 of 4 looks taught nothing about objects: no object (4)" in outcome.err
+        assert "warning: no object: see `curiosight segment SOURCE --reasons`" in outcome.err
+        assert "warning: nothing was learned" in outcome.err
+    expected = {"looks": 4, "reasons": {"no object": 4}}
+    for name in ("e/summary.json", "l/summary.json", "f/metrics.json"):
+        assert json.loads((out / name).read_text())["taught_nothing"] == expected
+    page = (out / "e/report.html").read_text()
+    assert "4 of 4 looks taught nothing about objects: no object (4)" in page
+    assert "try --scene floor" in page
     evaluated = succeed(capsys, "evaluate", model, source, "--out", out / "v")
     assert "warning: no frame shows anything salient" in evaluated.err
     mapped = succeed(capsys, "map", out / "l", source, "--out", out / "m")
@@ -138,7 +148,8 @@ def test_recording_without_any_plane(source: Path, out: Path, capsys: Capsys) ->
     for path in (source / "depth").iterdir():
         write_image(path, rng.integers(500, 5000, (120, 160), np.uint16))
     for command in ("explore --steps 4 --strategy chronological", "learn", "segment"):
-        outcome = succeed(capsys, *command.split(), source, "--out", out / command[:5])
+        outcome = call(capsys, *command.split(), source, "--out", out / command[:5])
+        assert outcome.status == (0 if command == "segment" else 1)
         assert "warning: 4 of 4 frames t" in outcome.err
         assert "no support plane is in view" in outcome.err
 

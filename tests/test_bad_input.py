@@ -83,14 +83,9 @@ def test_holiday_pictures_to_evaluate_on(
     assert "give --ground-truth" in line
 
 
-def test_missing_intrinsics(source: Path, out: Path, capsys: Capsys) -> None:
-    (source / "camera.json").unlink()
-    assert "camera.json" in refused(capsys, out, "explore", source)
-
-
 def test_intrinsics_of_another_size(source: Path, out: Path, capsys: Capsys) -> None:
-    write_camera_file(source, kinect(320, 240))
-    assert "for 320x240 images, but the images are 160x120" in refused(capsys, out, "learn", source)
+    write_camera_file(source, kinect(320, 120))
+    assert "for 320x120 images, but the images are 160x120" in refused(capsys, out, "learn", source)
 
 
 def test_eight_bit_depth(source: Path, out: Path, capsys: Capsys) -> None:

@@ -24,12 +24,19 @@ def test_info_tells_what_a_recording_is(tmp_path: Path, capsys: Capsys) -> None:
     facts = json.loads(succeed(capsys, "info", tmp_path, "--json").out)
     assert facts["layout"] == "7-Scenes"
     assert (facts["frames"], facts["width"], facts["height"]) == (6, 160, 120)
-    assert facts["frames_with_pose"] == 6
-    assert facts["frames_with_ground_truth"] == 3
+    assert (facts["poses"], facts["ground_truth"], facts["confidence"]) == (6, 3, 0)
+    assert facts["depth"]["usable"] == facts["depth"]["opened"] == 6
+    assert facts["depth"]["unit_m"] == 0.001
+    assert 0.5 < facts["depth"]["min_m"] < facts["depth"]["max_m"] < 10
+    assert facts["warnings"] == []
+    assert facts["reasons"] == [
+        "frame-*.color.* with frame-*.depth.png, in the folder or in seq-*/"
+    ]
     assert sum(facts["regions"]["frames"]) == 6
     assert facts["camera"]["depth_window"] is not None
     shown = succeed(capsys, "info", tmp_path).out
-    assert "frames with ground truth  3" in shown
+    assert "ground truth  3" in shown
+    assert "depth         6 of 6 usable, " in shown
 
 
 def test_info_shows_the_regions_that_are_asked_for(room: Path, capsys: Capsys) -> None:

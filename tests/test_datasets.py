@@ -11,15 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curiosight.datasets import (
-    Video,
-    check_dataset,
-    open_dataset,
-    osd,
-    seven_scenes,
-    tum_rgbd,
-)
-from curiosight.datasets.camera_file import scaled_camera
+from curiosight.datasets import Video, check_dataset, open_dataset
+from curiosight.datasets.cameras.camera_file import scaled_camera
+from curiosight.datasets.layouts import osd, seven_scenes, tum_rgbd
 from curiosight.datasets.listing import natural_key
 from curiosight.datasets.trajectory import Trajectory, parse_stamp
 from curiosight.frame import Camera
@@ -195,6 +189,75 @@ def test_stamps_are_parsed_without_loss(seconds: int, nanoseconds: int) -> None:
     assert parse_stamp(f"{seconds}.{nanoseconds:09d}") == seconds * 10**9 + nanoseconds
 
 
+@pytest.mark.parametrize(
+    ("text", "stamp_ns"),
+    [
+        ("1.305031229528748000e+09", 1305031229528748000),
+        ("1.3050312295287481e+09", 1305031229528748100),
+        ("1.5E-3", 1_500_000),
+        ("25e1", 250 * 10**9),
+        ("0.0e+00", 0),
+        ("1305031229528748033", 1305031229528748033),
+        ("1.305031229528748e+18", 1305031229528748000),
+        ("1305031229528748", 1305031229528748000),
+        ("1305031229528", 1305031229528000000),
+        ("1305031229528.25", 1305031229528250000),
+    ],
+)
+def test_stamps_of_other_forms(text: str, stamp_ns: int) -> None:
+    assert parse_stamp(text) == stamp_ns
+
+
+@pytest.mark.parametrize("text", ["1e99", "1e999", "-1", "nan", "9" * 30, "9" * 5000, "1e", ".5.5"])
+def test_what_is_no_stamp(text: str) -> None:
+    with pytest.raises(ValueError, match="expected seconds"):
+        parse_stamp(text)
+
+
+@pytest.mark.parametrize("form", ["exponents", "nanoseconds"])
+def test_tum_with_stamps_of_other_forms(form: str, tmp_path: Path) -> None:
+    write_tum(tmp_path)
+    expected = open_dataset(tmp_path)
+    for name in ("rgb", "depth", "groundtruth"):
+        lines = (tmp_path / f"{name}.txt").read_text().splitlines()[1:]
+        words = [line.split() for line in lines]
+        for line in words:
+            stamp_ns = parse_stamp(line[0])
+            line[0] = str(stamp_ns) if form == "nanoseconds" else f"{stamp_ns / 1e9:.18e}"
+        (tmp_path / f"{name}.txt").write_text("\n".join(map(" ".join, words)))
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == expected.ids
+    np.testing.assert_allclose(np.array(dataset.poses), np.array(expected.poses), atol=1e-6)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("separator", [" ", "\t", ", ", ","])
+def test_tum_lists_with_names_as_people_give_them(
+    separator: str, encoding: str, tmp_path: Path
+) -> None:
+    write_tum(tmp_path)
+    expected = open_dataset(tmp_path)[1].rgb
+    for folder in ("rgb", "depth"):
+        (tmp_path / folder).rename(tmp_path / f"my {folder} #1, left")
+        lines = (tmp_path / f"{folder}.txt").read_text().splitlines()
+        words = [
+            line.replace(f"{folder}/", f"my {folder} #1, left\\").split(" ", 1) for line in lines
+        ]
+        text = "\r\n".join([lines[0], *(separator.join(line) for line in words[1:])])
+        (tmp_path / f"{folder}.txt").write_bytes((text + "\r\n  \r\n").encode(encoding))
+    dataset = open_dataset(tmp_path)
+    assert len(dataset) == 3
+    assert dataset[1].problem is None
+    np.testing.assert_array_equal(dataset[1].rgb, expected)
+
+
+def test_tum_list_with_comments_behind_names(tmp_path: Path) -> None:
+    write_tum(tmp_path)
+    text = (tmp_path / "rgb.txt").read_text()
+    (tmp_path / "rgb.txt").write_text(text.replace(".png\n", ".png  # a good one\n"))
+    assert open_dataset(tmp_path)[2].problem is None
+
+
 def test_osd_labels_by_camera_file(tmp_path: Path) -> None:
     views = write_osd(tmp_path)
     truth = open_dataset(tmp_path).ground_truth(0)
@@ -230,6 +293,66 @@ def test_ocid_is_found_below_its_root(tmp_path: Path) -> None:
     assert dataset.ids == ("floor/left/box/seq01/000000", "floor/left/box/seq02/000000")
     assert dataset.has_ground_truth(1)
     check_dataset(dataset)
+
+
+def write_ocid(sequence: Path, *, n_support: int) -> np.ndarray:
+    """Write a frame of OCID; return its true mask."""
+    (view,) = write_folder(sequence, n_frames=1, with_poses=False, with_ground_truth=False)
+    (sequence / "camera.json").unlink()
+    labels = annotation(view).astype(np.uint16)
+    labels[labels >= 2] += n_support - 1
+    if n_support == 2:
+        labels[:, :80][labels[:, :80] == 1] = 2
+    write_image(sequence / "label/000000.png", labels)
+    return np.where(labels == 0, 125, view.ground_truth)
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_ocid_has_its_own_labels_on_floors_and_tables(link: bool, tmp_path: Path) -> None:
+    root = tmp_path / "table/ARID20"  # where the user keeps it says nothing
+    floor = write_ocid(root / "floor/bottom/seq01", n_support=1)
+    table = write_ocid(root / "table/bottom/seq01", n_support=2)
+    both = open_dataset(root)
+    np.testing.assert_array_equal(both.ground_truth(0), floor)
+    np.testing.assert_array_equal(both.ground_truth(1), table)
+    assert isinstance(both, osd.Osd)
+    instances = both.instance_truth(1)
+    assert instances is not None
+    np.testing.assert_array_equal(instances > 0, table == 255)
+    np.testing.assert_array_equal(instances < 0, table == 125)
+    sequence = root / "table/bottom/seq01"
+    if link:
+        (tmp_path / "mine").symlink_to(sequence)
+        sequence = tmp_path / "mine"
+    one = open_dataset(sequence)
+    np.testing.assert_array_equal(one.ground_truth(0), table)
+    assert any("OCID's floor and table, objects from 3" in remark for remark in one.remarks)
+    write_camera_file(sequence, kinect(), labels={"support": [1], "objects_from": 2})
+    assert (open_dataset(sequence).ground_truth(0) == 255).sum() > (table == 255).sum()
+
+
+def test_osd_in_a_folder_called_table_is_no_ocid(tmp_path: Path) -> None:
+    views = write_osd(tmp_path / "table", n_frames=1, with_camera=False)
+    expected = np.where(annotation(views[0]) == 0, 0, 255)
+    np.testing.assert_array_equal(open_dataset(tmp_path / "table").ground_truth(0), expected)
+
+
+def test_ground_truth_behind_and_beside_links(tmp_path: Path) -> None:
+    write_seven_scenes(tmp_path / "disk")
+    scene = tmp_path / "scene"
+    scene.mkdir()
+    (tmp_path / "disk/ground_truth").rename(tmp_path / "disk/truth")
+    (tmp_path / "disk/seq-01").rename(tmp_path / "disk/recorded")
+    (scene / "seq-01").symlink_to(tmp_path / "disk/recorded")
+    (scene / "ground_truth").symlink_to(tmp_path / "disk/truth")
+    (tmp_path / "mine").symlink_to(scene / "seq-01")
+    for way in (scene, scene / "seq-01", tmp_path / "mine"):
+        dataset = open_dataset(way)
+        assert [dataset.has_ground_truth(index) for index in range(3)] == [True, False, True]
+    (tmp_path / "disk/recorded").rename(tmp_path / "disk/seq-07")
+    (tmp_path / "disk/truth").rename(tmp_path / "disk/ground_truth")
+    (tmp_path / "by-day").symlink_to(tmp_path / "disk/seq-07")
+    assert open_dataset(tmp_path / "by-day").has_ground_truth(2)
 
 
 def test_folder_matches_poses_by_stamps_in_names(tmp_path: Path) -> None:

@@ -10,16 +10,10 @@ import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from curiosight.datasets import (
-    ObjectBox,
-    RgbdScenes,
-    RgbdScenesV2,
-    check_dataset,
-    open_dataset,
-    rgbd_scenes,
-    rgbd_scenes_v2,
-)
-from curiosight.datasets.camera_file import scaled_camera
+from curiosight.datasets import ObjectBox, RgbdScenes, RgbdScenesV2, check_dataset, open_dataset
+from curiosight.datasets.cameras import calibration
+from curiosight.datasets.cameras.camera_file import scaled_camera
+from curiosight.datasets.layouts import rgbd_scenes_v2
 from curiosight.errors import DataError
 from curiosight.frame import Pose
 from recordings import SIZE, truncate, write_camera_file, write_depth, write_image
@@ -32,7 +26,7 @@ CAP = ("cap", 1, 1, 1, 1, 160)
 
 def write_v1(root: Path, place: str = "desk_1", n_frames: int = 3) -> list[View]:
     """Write a sequence such as desk/desk_1, whose frames count from 1; no boxes."""
-    camera = scaled_camera(rgbd_scenes.CAMERA, SIZE)
+    camera = scaled_camera(calibration.KINECT, SIZE)
     folder = root / place.rpartition("_")[0] / place
     views = [render(camera, pose) for pose in poses_around(n_frames)]
     for number, view in enumerate(views, start=1):

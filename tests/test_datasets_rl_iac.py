@@ -15,12 +15,12 @@ from curiosight.datasets import (
     RlIacWriter,
     check_dataset,
     open_dataset,
-    rl_iac,
-    rl_iac_writer,
     write_rl_iac,
 )
-from curiosight.datasets.camera_file import scaled_camera
-from curiosight.datasets.rl_iac_tables import (
+from curiosight.datasets.cameras import calibration
+from curiosight.datasets.cameras.camera_file import scaled_camera
+from curiosight.datasets.layouts import rl_iac_writer
+from curiosight.datasets.layouts.rl_iac_tables import (
     format_graph,
     format_regions,
     read_graph,
@@ -55,7 +55,7 @@ NODES = (
 
 def write_authors_folder(root: Path, n_frames: int = 3, *, with_depth: bool = True) -> list[View]:
     """Write image_data, the table of regions and the graph, as the authors' readme has them."""
-    camera = scaled_camera(rl_iac.CAMERA, SIZE)
+    camera = scaled_camera(calibration.KINECT, SIZE)
     views = [render(camera, pose) for pose in poses_around(n_frames)]
     for number, view in enumerate(views):
         write_image(root / f"image_data/img{number}.png", view.rgb)

@@ -16,7 +16,8 @@ from curiosight.config import Config, ForestConfig, LearnerConfig
 from curiosight.errors import DataError
 from curiosight.experiments.components import load_learner, make_learner
 from curiosight.learner.learner import SaliencyLearner
-from recordings import write_folder, write_osd
+from recordings import write_depth, write_folder, write_image, write_osd
+from room import ROOM, kinect, poses_around, render
 
 Capsys = pytest.CaptureFixture[str]
 RUN_FILES = {
@@ -253,3 +254,108 @@ def test_being_tested_on_what_was_learned_is_told(
     options = (*options[:-1], tmp_path / "fourth", "--from", first)
     outcome = succeed(capsys, "explore", room, *options)
     assert "2 of 2 test frames were learned from" in outcome.err
+
+
+def test_frames_with_ground_truth_are_tested_on_unasked(tmp_path: Path, capsys: Capsys) -> None:
+    """They and their neighbours are kept out of learning where enough others are left."""
+    write_folder(tmp_path / "room", 24)
+    for index in set(range(24)) - {5, 16}:
+        (tmp_path / "room" / "ground_truth" / f"{index:06d}.png").unlink()
+    outcome = succeed(
+        capsys, "explore", tmp_path / "room", "--steps", 30, "--out", tmp_path / "out"
+    )
+    assert "tested on: ground truth, 2 frames" in outcome.err
+    summary = summary_of(tmp_path / "out")
+    # 7 frames around each of two: 10 are left, fewer than half, so all of them are learned from.
+    assert summary["training_frames"] == 24
+    assert "these frames are learned from too" in outcome.err
+    (tmp_path / "room/ground_truth/000016.png").unlink()
+    outcome = succeed(
+        capsys, "explore", tmp_path / "room", "--steps", 30, "--out", tmp_path / "fair"
+    )
+    assert "learns from 17 of 24 frames" in outcome.err
+    fair = summary_of(tmp_path / "fair")
+    assert (fair["training_frames"], fair["test_frames_learned"]) == (17, 0)
+    near = {f"{5 + offset:06d}" for offset in range(-3, 4)}
+    assert not near & {step["id"] for step in steps_of(tmp_path / "fair")}
+    assert all(step["overall_error"] for step in steps_of(tmp_path / "fair"))
+
+
+def test_tests_nobody_asked_for_change_no_learning(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    """Where all frames have ground truth the run is the one without any."""
+    outcome = succeed(capsys, "explore", room, "--steps", 4, "--out", tmp_path / "with")
+    assert "20 frames, 4 of them learned from" in outcome.out
+    assert summary_of(tmp_path / "with")["test_frames_learned"] == 4
+    write_folder(tmp_path / "bare", 20, with_ground_truth=False)
+    succeed(capsys, "explore", tmp_path / "bare", "--steps", 4, "--out", tmp_path / "without")
+    runs = [steps_of(tmp_path / name) for name in ("with", "without")]
+    assert {step.pop("overall_error") == "" for step in runs[0]} == {False}
+    assert {step.pop("overall_error") == "" for step in runs[1]} == {True}
+    assert runs[0] == runs[1]
+    models = [SaliencyLearner.load(tmp_path / name / "model.npz") for name in ("with", "without")]
+    black = np.zeros((120, 160, 3), np.uint8)
+    np.testing.assert_array_equal(models[0].saliency(black), models[1].saliency(black))
+
+
+def test_damaged_ground_truth_stops_no_run_that_did_not_ask(tmp_path: Path, capsys: Capsys) -> None:
+    write_folder(tmp_path / "room", 4)
+    for path in (tmp_path / "room/ground_truth").iterdir():
+        path.write_bytes(b"no picture")
+    options = (tmp_path / "room", "--steps", 2, "--out")
+    outcome = succeed(capsys, "explore", *options, tmp_path / "out")
+    assert "warning: the ground truth cannot be tested against" in outcome.err
+    assert summary_of(tmp_path / "out")["tested_on"] == "nothing"
+    asked = call(capsys, "explore", *options, tmp_path / "asked", "--test-every", 2, "--gap", 0)
+    assert asked.status == 2
+
+
+def test_mean_error_says_how_many_frames_count(tmp_path: Path, capsys: Capsys) -> None:
+    """A frame whose truth shows nothing salient has no F1; what is marked in it counts pooled."""
+    views = write_folder(tmp_path / "room", 6)
+    for index in (0, 2, 4):
+        write_image(
+            tmp_path / f"room/ground_truth/{index:06d}.png", np.zeros_like(views[0].ground_truth)
+        )
+    out = tmp_path / "out"
+    outcome = succeed(capsys, "explore", tmp_path / "room", "--steps", 12, "--out", out)
+    summary = summary_of(out)
+    assert (summary["frames_scored"], summary["frames_tested"]) == (3, 6)
+    assert f"{summary['overall_error']:.3f}, mean of 3 of 6 frames" in outcome.out
+    # Half of what is marked is wrong now: precision about 1/2, F1 about 2/3.
+    assert summary["overall_error"] < 0.1
+    assert summary["pooled_error"] == pytest.approx(1 / 3, abs=0.05)
+    page = (out / "report.html").read_text()
+    assert "3 of 6 test frames with objects" in page
+    evaluated = succeed(capsys, "evaluate", out, tmp_path / "room", "--out", tmp_path / "evaluated")
+    metrics = json.loads((tmp_path / "evaluated/metrics.json").read_text())
+    assert (metrics["frames_scored"], metrics["n_frames"]) == (3, 6)
+    assert f"{metrics['overall_error']:.3f}, mean of 3 of 6 frames" in evaluated.out
+    assert metrics["pooled_error"] == pytest.approx(1 - metrics["pooled"]["all"]["f1"])
+    assert metrics["pooled_error"] == pytest.approx(summary["pooled_error"], abs=0.05)
+
+
+def test_hardly_any_look_with_an_object_is_told_with_what_to_try(
+    tmp_path: Path, capsys: Capsys
+) -> None:
+    """One frame of five shows objects; the others a bare room, or nothing that depth sees."""
+    write_folder(tmp_path / "room", 5)
+    for index, pose in enumerate(poses_around(5)):
+        if index in (1, 2):
+            view = render(kinect(), pose, ROOM[3:])
+            write_image(tmp_path / f"room/rgb/{index:06d}.png", view.rgb)
+            write_depth(tmp_path / f"room/depth/{index:06d}.png", view.depth)
+        elif index in (3, 4):
+            depth = np.full((120, 160), 30.0, np.float32)
+            write_depth(tmp_path / f"room/depth/{index:06d}.png", depth)
+    options = ("--strategy", "chronological", "--steps", 10, "--regions", "time:1")
+    outcome = succeed(capsys, "explore", tmp_path / "room", *options, "--out", tmp_path / "out")
+    said = "8 of 10 looks taught nothing about objects: no object (4), no support plane is in view"
+    assert f"warning: {said}" in outcome.err
+    assert "warning: no object: see `curiosight segment SOURCE --reasons`" in outcome.err
+    taught = summary_of(tmp_path / "out")["taught_nothing"]
+    assert taught == {
+        "looks": 8, "reasons": {"no object": 4, "no support plane is in view": 4}
+    }  # fmt: skip
+    assert said in (tmp_path / "out/report.html").read_text()

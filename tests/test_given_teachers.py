@@ -81,6 +81,82 @@ def test_list_of_results_is_read(tmp_path: Path) -> None:
     assert BoxTeacher(path).segment(FRAME).labels[5, 5] == Label.SALIENT
 
 
+def coco(path: Path, *names: str) -> Path:
+    images = [{"id": number, "file_name": name} for number, name in enumerate(names)]
+    boxes = [{"image_id": number, "bbox": [1, 1, 8, 8]} for number in range(len(names))]
+    path.write_text(json.dumps({"images": images, "annotations": boxes}))
+    return path
+
+
+def test_file_names_are_matched_with_frames(tmp_path: Path) -> None:
+    path = coco(tmp_path / "c.json", "rgb/000001.png", "rgb/000002.png")
+    teacher = BoxTeacher(path, ["000000", "000001", "000002"])
+    assert teacher.segment(Frame("000001", FRAME.rgb)).labels[5, 5] == Label.SALIENT
+    problem = teacher.segment(Frame("000000", FRAME.rgb)).problem
+    assert problem == "c.json does not name this frame (of 3 frames 2 are named)"
+
+
+def test_results_are_matched_by_the_number_of_the_image(tmp_path: Path) -> None:
+    path = tmp_path / "r.json"
+    path.write_text(json.dumps([{"image_id": 2, "bbox": [1, 1, 8, 8]}]))
+    teacher = BoxTeacher(path, ["frame-000001", "frame-000002"])
+    assert teacher.segment(Frame("frame-000002", FRAME.rgb)).labels[5, 5] == Label.SALIENT
+    assert teacher.segment(Frame("frame-000001", FRAME.rgb)).problem is not None
+
+
+@pytest.mark.parametrize("kind", ["boxes", "masks"])
+def test_labels_of_another_recording_are_refused_at_once(
+    kind: str, room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coco(tmp_path / "boxes", "kitchen/cat7.jpg")
+    (tmp_path / "masks/kitchen").mkdir(parents=True)
+    cv2.imwrite(str(tmp_path / "masks/kitchen/cat7.png"), MASK)
+    source = f"{kind}:{tmp_path / kind}"
+    line = refusal(capsys, "learn", room, "--teacher", source, "--out", tmp_path / "x")
+    assert "names no frame of the recording" in line
+    assert "kitchen/cat7" in line
+    assert "a frame is '000000'" in line
+    assert not (tmp_path / "x").exists()
+
+
+def test_names_that_fit_twice_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"'a/1\.png' and 'b/1\.png' fit one"):
+        BoxTeacher(coco(tmp_path / "c.json", "a/1.png", "b/1.png"), ["1"])
+
+
+def test_masks_below_links_and_of_other_endings(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "masks").mkdir()
+    cv2.imwrite(str(tmp_path / "elsewhere/a.png"), MASK)
+    np.save(tmp_path / "elsewhere/b.npy", MASK == 255)
+    cv2.imwrite(str(tmp_path / "elsewhere/c.jpg"), MASK, [cv2.IMWRITE_JPEG_QUALITY, 100])
+    (tmp_path / "masks/seq-01").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "elsewhere/again").symlink_to(tmp_path / "masks")
+    for ids in (None, ["seq-01/a", "seq-01/b", "seq-01/c"]):
+        teacher = MaskTeacher(tmp_path / "masks", ids)
+        for name in "abc":
+            labels = teacher.segment(Frame(f"seq-01/{name}", FRAME.rgb)).labels
+            assert np.mean((labels == Label.SALIENT) == (MASK == 255)) > 0.99
+            assert (labels[35:, :] == Label.NOT_SALIENT).all()
+
+
+def test_mask_of_another_size_tells_both(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), MASK[:30])
+    problem = MaskTeacher(tmp_path, ["a"]).segment(FRAME).problem
+    assert problem == "mask: a.png is 60x30, not the image's size, 60x40"
+
+
+@pytest.mark.parametrize(
+    "bbox",
+    [[1e308] * 4, [0, 0, int("9" * 400), 5], [0, 0, 1e9, 5], [0, 0, 5, 1e-300], [-1e9, 0, 5, 5],
+     [float("nan"), 0, 5, 5], [0, 0, float("inf"), 5]],
+    ids=str,
+)  # fmt: skip
+def test_numbers_that_are_no_pixels_are_refused(bbox: list[float], tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"c\.json: is not COCO"):
+        BoxTeacher(write_boxes(tmp_path / "c.json", bbox))
+
+
 @pytest.mark.parametrize(
     "content",
     ["{", "[3]", "{}", '[{"image_id": 1, "bbox": [1, 2, 3]}]', '[{"image_id": 1, "bbox": "abcd"}]',

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
@@ -14,7 +16,9 @@ import pytest
 
 import curiosight_command
 from command import Outcome, call, files, interrupt_at
-from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.app import run
+from curiosight.cli.interrupt import STOPPING, CtrlC
+from curiosight.experiments.keeping import Keeping
 from curiosight.learner.learner import SaliencyLearner
 
 Capsys = pytest.CaptureFixture[str]
@@ -42,12 +46,38 @@ def test_first_press_waits_and_the_second_does_not() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_ignored_ctrl_c_stays_ignored() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@pytest.mark.parametrize("number", STOPPING)
+def test_ignored_signal_stays_ignored(number: signal.Signals) -> None:
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        with CtrlC() as ctrl_c:
+            signal.raise_signal(number)
+        assert not ctrl_c.is_pressed
+        assert signal.getsignal(number) is signal.SIG_IGN
+    finally:
+        signal.signal(number, before)
+
+
+@pytest.mark.parametrize("second", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("first", [signal.SIGTERM, signal.SIGHUP])
+def test_second_signal_ends_at_once(
+    first: signal.Signals, second: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("curiosight.cli.interrupt.SAME_HANG_UP_S", 0)
     with CtrlC() as ctrl_c:
-        signal.raise_signal(signal.SIGINT)
-    assert not ctrl_c.is_pressed
-    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        signal.raise_signal(first)
+        assert ctrl_c.status == 128 + first
+        with pytest.raises(SystemExit) as caught:
+            signal.raise_signal(second)
+    assert caught.value.code == 128 + second
+    assert signal.getsignal(first) is signal.SIG_DFL
+
+
+def test_terminal_that_closes_is_told_of_twice_and_is_one_wish() -> None:
+    with CtrlC() as ctrl_c:
+        for _ in range(2):
+            signal.raise_signal(signal.SIGHUP)
+    assert ctrl_c.status == 129
 
 
 def test_explore_interrupted_in_its_setup_writes_nothing(
@@ -63,7 +93,9 @@ def test_explore_interrupted_in_its_setup_writes_nothing(
 def test_explore_interrupted_in_its_loop_keeps_run_and_model(
     method: str, room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    interrupt_at(monkeypatch, SaliencyLearner, method, turn=3)
+    # The eight test frames are described before the first step.
+    turn = 8 + 3 if method == "describe" else 3
+    interrupt_at(monkeypatch, SaliencyLearner, method, turn=turn)
     outcome = call(capsys, "explore", room, "--out", tmp_path / "out")
     assert outcome.status == 130
     assert outcome.err.splitlines()[-1] == "curiosight: interrupted"
@@ -126,27 +158,126 @@ def test_evaluate_interrupted_keeps_no_figures_of_a_part(
     assert files(tmp_path / "out") == {"config.toml"}
 
 
-def test_ctrl_c_in_a_real_process(room: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    command = [sys.executable, "-c", PROGRAM, "explore", str(room), "--steps", "100000"]
-    process = subprocess.Popen(
-        [*command, "--out", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    steps = out / "steps.csv"
+def started(command: str, source: Path, out: Path, *options: str) -> subprocess.Popen[str]:
+    """Start a command in a process of its own."""
+    words = [sys.executable, "-c", PROGRAM, command, str(source), "--out", str(out), *options]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for(process: subprocess.Popen[str], is_reached: Callable[[], bool]) -> None:
     deadline = time.monotonic() + 60
-    while not (steps.is_file() and steps.read_text().count("\n") > 3):
+    while not is_reached():
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+
+
+def n_steps_in(out: Path) -> int:
+    steps = out / "steps.csv"
+    return steps.read_text().count("\n") - 1 if steps.is_file() else 0
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (signal.SIGINT, "interrupted"),
+        (signal.SIGTERM, "ended by SIGTERM"),
+        (signal.SIGHUP, "ended by SIGHUP"),
+    ],
+)
+def test_signal_to_a_real_process(
+    number: signal.Signals, said: str, room: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    process = started("explore", room, out, "--steps", "100000")
+    wait_for(process, lambda: n_steps_in(out) > 3)
+    process.send_signal(number)
     _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
+    assert err.splitlines()[-1] == f"curiosight: {said}"
     assert "run and model are kept" in err
     assert "Traceback" not in err
-    n_steps = steps.read_text().count("\n") - 1
     n_samples = SaliencyLearner.load(out / "model.npz").forest.n_samples
-    assert n_samples == min(700 * n_steps, 100_000)
+    assert n_samples == min(700 * n_steps_in(out), 100_000)
+    assert {"summary.json", "report.html"} <= files(out)
     assert not [name for name in files(out) if name.endswith((".partial", ".part"))]
+
+
+def test_killed_run_leaves_its_model_and_nothing_of_an_earlier_one(
+    room: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert run(["explore", str(room), "--steps", "2", "--out", str(out), "--quiet"]) == 0
+    (out / "mine.txt").write_text("kept")
+    process = started("explore", room, out, "--steps", "100000", "--seed", "9", "--overwrite")
+    wait_for(process, lambda: n_steps_in(out) > 60)
+    process.kill()
+    process.communicate(timeout=60)
+    assert files(out) == {"config.toml", "steps.csv", "timings.csv", "model.npz", "mine.txt"}
+    learner = SaliencyLearner.load(out / "model.npz")
+    assert learner.forest.is_trained
+    assert learner.forest.n_samples % (50 * 700) == 0
+    assert learner.notes["frames"] == {str(room): [f"{index:06d}" for index in range(8)]}
+
+
+def test_writing_the_model_meanwhile_changes_nothing(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    written = []
+    save = SaliencyLearner.save
+
+    def noted(self: SaliencyLearner, path: Path, *, is_packed: bool = True) -> None:
+        save(self, path, is_packed=is_packed)
+        # What is written meanwhile can be read, and would be what is left.
+        written.append(SaliencyLearner.load(path).forest.n_samples)
+
+    monkeypatch.setattr(SaliencyLearner, "save", noted)
+    results = []
+    for is_due in (True, False):
+        monkeypatch.setattr(Keeping, "is_due", lambda _, is_due=is_due: is_due)
+        out = tmp_path / str(is_due)
+        assert call(capsys, "explore", room, "--steps", 5, "--out", out).status == 0
+        assert call(capsys, "learn", room, "--out", out / "learned").status == 0
+        names = ("steps.csv", "model.npz", "learned/model.npz")
+        results.append([(out / name).read_bytes() for name in names])
+    assert results[0] == results[1]
+    explored, learned = [1, 2, 3, 4, 5, 5], [1, 2, 3, 4, 5, 6, 7, 8, 8]
+    assert [n_samples // 700 for n_samples in written] == [*explored, *learned, 5, 8]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_learn_ended_by_a_signal_fits_what_there_is(
+    number: signal.Signals,
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+) -> None:
+    interrupt_at(monkeypatch, SaliencyLearner, "sample", turn=2, number=number)
+    outcome = call(capsys, "learn", room, "--out", tmp_path / "out")
+    assert outcome.status == 128 + number
+    assert outcome.err.splitlines()[-1] == f"curiosight: ended by {number.name}"
+    assert SaliencyLearner.load(tmp_path / "out/model.npz").forest.n_samples == 2 * 700
+    assert "summary.json" in files(tmp_path / "out")
+
+
+def test_run_survives_its_terminal(room: Path, tmp_path: Path) -> None:
+    """Who closes the window, or loses the ssh, loses nothing that was learned."""
+    pty = pytest.importorskip("pty")
+    out = tmp_path / "out"
+    child, terminal = pty.fork()
+    if child == 0:
+        words = [sys.executable, "-c", PROGRAM, "explore", str(room), "--steps", "100000"]
+        os.execv(sys.executable, [*words, "--out", str(out)])
+    deadline = time.monotonic() + 60
+    while n_steps_in(out) < 4:
+        assert time.monotonic() < deadline
+        while select.select([terminal], [], [], 0.02)[0]:
+            os.read(terminal, 1 << 16)
+    os.close(terminal)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 129
+    assert {"model.npz", "summary.json", "report.html"} <= files(out)
 
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])

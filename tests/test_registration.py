@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from curiosight.datasets.registration import (
+from curiosight.datasets.cameras.registration import (
     FOOTPRINT_MARGIN_PX,
     covered_window,
     register_depth,
 )
-from curiosight.datasets.seven_scenes import COLOUR_CAMERA, DEPTH_CAMERA
+from curiosight.datasets.layouts.seven_scenes import COLOUR_CAMERA, DEPTH_CAMERA
 from curiosight.frame import Camera, Depth, Pose
 from room import look, render
 

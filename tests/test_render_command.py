@@ -9,7 +9,7 @@ import pytest
 
 from command import call, interrupt_at, refusal, succeed
 from curiosight.datasets import check_dataset, open_dataset
-from curiosight.datasets.seven_scenes import COLOUR_FROM_DEPTH_METRES
+from curiosight.datasets.layouts.seven_scenes import COLOUR_FROM_DEPTH_METRES
 from curiosight.experiments import rendering
 from curiosight.rooms.views import RoomViews
 from curiosight.worlds import open_source

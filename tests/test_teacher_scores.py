@@ -66,6 +66,16 @@ def test_without_pixels_a_share_is_nan_and_none_in_a_table() -> None:
     assert set(nothing.shares().values()) == {None}
 
 
+def test_precision_is_undefined_where_truth_marks_no_object() -> None:
+    nothing = labels_of(Label.NOT_SALIENT)
+    empty = teacher_counts(labels_of(Label.SALIENT), nothing)
+    assert empty.shares()["precision"] is None
+    assert empty.coverage == 1
+    # Beside frames with objects its pixels count as what they are: wrong.
+    both = empty + teacher_counts(np.where(TRUTH == 255, 255, 0).astype(np.uint8), TRUTH)
+    assert both.precision == 400 / (400 + 60 * 80)
+
+
 def test_counts_add_up() -> None:
     none = teacher_counts(labels_of(Label.UNKNOWN), TRUTH)
     all_of_it = teacher_counts(labels_of(Label.SALIENT), TRUTH)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from curiosight.datasets.reading import AS_RECORDED, Reading
 from curiosight.errors import DataError
 from curiosight.explorer.progress import Negative, Undefined
 from curiosight.explorer.regions import OrientationSplit, PositionSplit
@@ -137,6 +138,7 @@ class Config:
     """All settings; the defaults of the sections are the paper's."""
 
     preset: Preset = "paper"
+    reading: Reading = AS_RECORDED
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
     segmentation: SegmentationSettings = field(default_factory=SegmentationSettings)
     paper_segmentation: PaperSettings = field(default_factory=PaperSettings)

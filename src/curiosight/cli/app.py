@@ -14,7 +14,7 @@ from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
 from curiosight.cli.commands import Commands
-from curiosight.cli.interrupt import INTERRUPTED
+from curiosight.cli.interrupt import name_interruption
 from curiosight.cli.streams import Output, settle_streams
 from curiosight.errors import DataError, printable
 
@@ -54,8 +54,8 @@ def _options(
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit.
 
-    0, 1 = done, but standard output did not take the results, 2 = a mistake that one line
-    explains, 130 = Ctrl-C.
+    0, 1 = nothing was learned, or done, but standard output did not take the results, 2 = a
+    mistake that one line explains, 130 = Ctrl-C, 143 = SIGTERM, 129 = SIGHUP.
     """
     out = settle_streams()
     # What libraries say, as we say it; Matplotlib can do without a folder for its fonts.
@@ -79,8 +79,10 @@ def run(arguments: list[str] | None = None) -> int:
     except OSError as error:
         place = printable(str(error.filename or "the system"))
         return _refuse(f"{place}: {error.strerror}; check path and rights")
-    if status == INTERRUPTED:
-        print("curiosight: interrupted", file=sys.stderr)
+    except SystemExit as stop:  # a second signal
+        status = int(stop.code or 0)
+    if (interruption := name_interruption(status)) is not None:
+        print(f"curiosight: {interruption}", file=sys.stderr)
     return int(status)
 
 

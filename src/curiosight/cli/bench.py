@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
 from curiosight.errors import DataError
@@ -18,6 +19,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def bench(
     source: options.Source,
     stage: Annotated[
@@ -36,6 +38,8 @@ def bench(
         ),
     ] = None,
     quiet: options.Quiet = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Time the stages of the method, frame by frame, on one thread.
 
@@ -43,10 +47,10 @@ def bench(
     Ctrl-C ends it early and shows what is measured.
     """
     talk = Talk(quiet=quiet)
-    settings = load_config(preset, config, {"teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
     if json is not None and not json.parent.is_dir():
         raise DataError(json.parent, "is not a folder", "make it, or choose another --json FILE")
-    dataset = open_source(source)
+    dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
         stages = STAGES if stage == "all" else (stage,)
         timing = Timing(settings, dataset, n_frames=frames, stages=stages)
@@ -55,14 +59,14 @@ def bench(
             for _ in ctrl_c.until_pressed(timing):
                 shown.advance()
     if ctrl_c.is_pressed and not timing.n_timed:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
     figures = timing.figures()
     if json is not None:
         write_json_file(json, figures)
     talk.results("bench", _rows(figures), figures)
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(figures['frames'], 'frame')}")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, Any]:

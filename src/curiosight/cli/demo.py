@@ -12,8 +12,16 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.explore import follow
 from curiosight.cli.explore_examples import example_of
-from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report, took
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.explore_report import (
+    LEFTOVERS,
+    REPORT,
+    draw_figures,
+    exploration_report,
+    took,
+)
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.mean_error import mean_of
 from curiosight.cli.talk import Talk, count, format_value
 from curiosight.config import load_config
 from curiosight.experiments.demonstrating import (
@@ -32,6 +40,7 @@ from curiosight.viewing.report import ExampleGroup, Report, ResultRow, Results, 
 
 N_STEPS = 150
 N_EXAMPLES = 4
+_AFTER_MOVE = "figures/after_move.png"
 _FILES = {"demo.json": "the same of the whole demo, with the scores after the move"}
 
 
@@ -64,19 +73,23 @@ def demo(
         views = draw_demo_room(seed)
         talk.note(f"{views.path}: {views.remarks[0]}")
         talk.note("lighting it, before and after the move, and surveying it")
-        run = Demonstration(settings, views, folder)
+        run = Demonstration(settings, views, folder, leftovers=(*LEFTOVERS, _AFTER_MOVE))
         with CtrlC() as ctrl_c:
             shown_steps = follow(talk, run.exploration, ctrl_c)
             tested = [] if ctrl_c.is_pressed else _test(talk, run, ctrl_c)
             summary = run.finish()
             _write_report(run, summary, shown_steps, tested, folder, command)
+    explored = run.exploration
+    tell_lessons(talk, explored.lessons, has_learned=explored.has_learned)
     talk.results("demo", _rows(summary, folder.path / REPORT), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         stopped = count(summary["explored"]["steps"], "step")
         if summary["views_after_move"]:
             stopped += f" and {count(summary['views_after_move'], 'test view')} after the move"
         talk.note(f"stopped after {stopped}; all is kept, figures are of these")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
+    if not explored.has_learned:
+        raise typer.Exit(LEARNED_NOTHING_STATUS)
 
 
 def _test(talk: Talk, run: Demonstration, ctrl_c: CtrlC) -> list[Tested]:
@@ -106,7 +119,7 @@ def _write_report(
     draw_figures(run.exploration, folder, taught)
     moved = [_example_of(run, view) for view in tested]
     if moved:
-        draw_examples(moved, folder.file("figures/after_move.png"))
+        draw_examples(moved, folder.file(_AFTER_MOVE))
     report = exploration_report(run.exploration, summary["explored"], taught, command)
     write_report(demo_report(report, summary, moved), folder.file(REPORT))
 
@@ -145,7 +158,8 @@ def _sentence(summary: dict[str, Any]) -> str:
         return sentence
     return (
         f"{sentence} Then the things were moved. In {summary['views_after_move']} views it never "
-        f"saw it finds them by colour alone, with an error of {after:.2f}; it was {before:.2f} "
+        f"saw it finds them by colour alone, with an error of {after:.2f} (mean of the "
+        f"{summary['frames_scored_after_move']} with anything to find); it was {before:.2f} "
         "before the move."
     )
 
@@ -162,15 +176,28 @@ def _results(summary: dict[str, Any]) -> Results:
 
 def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
+    explored = summary["explored"]
     rows: dict[str, Any] = {
-        "overall error (1 - F1)": summary["overall_error_before_move"],
-        "after things were moved": summary["overall_error_after_move"],
+        "overall error (1 - F1)": mean_of(
+            explored["overall_error"],
+            explored["pooled_error"],
+            explored["frames_scored"],
+            explored["frames_tested"],
+            "view",
+        ),
+        "after things were moved": mean_of(
+            summary["overall_error_after_move"],
+            summary["pooled_error_after_move"],
+            summary["frames_scored_after_move"],
+            summary["views_after_move"],
+            "view",
+        ),
     }
     ours, baseline = summary["roc_auc_after_move"], summary["baseline_roc_auc_after_move"]
     for part, where in WHERE.items() if summary["views_after_move"] else ():
         beside = f"{format_value(ours[part])}, {BASELINE} {format_value(baseline[part])}"
         rows[f"ROC AUC, {where}"] = beside
-    for stage, spent in summary["explored"]["stages"].items():
+    for stage, spent in explored["stages"].items():
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["seconds"] = f"{summary['seconds']:.0f}"
     rows["open"] = report

@@ -10,6 +10,9 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.again import command_again, from_anywhere
 from curiosight.cli.evaluate_report import failures, write_report
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.mean_error import mean_of
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
@@ -22,6 +25,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def evaluate(
     paths: Annotated[
         list[Path],
@@ -63,6 +67,8 @@ def evaluate(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Score saliency against ground truth, or against the teacher where there is none.
 
@@ -70,10 +76,13 @@ def evaluate(
     overall error; also where the teacher knew nothing and beyond its range), roc.png and
     config.toml. With --baselines also the measures of salient-object detection, intervals and
     times of every method: report.html, table.md, table.tex, figures and times.json.
+    With --folds exit status 1 says that no fold learned anything.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
-        preset, config, {"run.seed": seed, "teacher.scene": scene, "teacher.source": teacher}
+        preset,
+        config,
+        {**reading, "run.seed": seed, "teacher.scene": scene, "teacher.source": teacher},
     )
     if seed is not None and folds is None and not baselines:
         raise ValueError("seed: expected --folds or --baselines too, or nothing is left to chance")
@@ -102,13 +111,28 @@ def evaluate(
             talk.warn(failure)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")
     talk.warn_of_learned(evaluation.n_learned, len(evaluation.truth.indices))
-    if not evaluation.learner.forest.is_trained:
-        talk.warn(NOTHING_LEARNED)
+    has_learned = _tell_learned(talk, evaluation)
     if metrics["pooled"]["all"]["roc_auc"] is None:
         talk.warn(NO_CLASSES)
     rows = _rows(metrics)
     rows["written to"] = folder.path
     talk.results("evaluate", rows, {**metrics, "out": str(folder.path)})
+    if not has_learned:
+        raise typer.Exit(LEARNED_NOTHING_STATUS)
+
+
+def _tell_learned(talk: Talk, evaluation: Evaluation | CrossValidation) -> bool:
+    """Tell where too little was learned; return whether anything was that was to be."""
+    if isinstance(evaluation, Evaluation):
+        if not evaluation.learner.forest.is_trained:
+            talk.warn(NOTHING_LEARNED)
+        return True
+    n_folds, n_untrained = len(evaluation.folds), evaluation.n_untrained
+    if 0 < n_untrained < n_folds:
+        talk.warn(f"{n_untrained} of {n_folds} folds learned nothing, and score as if blind")
+    has_learned = n_untrained < n_folds
+    tell_lessons(talk, evaluation.off_line.lessons, has_learned=has_learned)
+    return has_learned
 
 
 def _prepare(
@@ -126,11 +150,11 @@ def _prepare(
             raise ValueError("evaluate: expected RUN SOURCE, or SOURCE with --folds 5")
         run, source = paths
         model = load_run_model(run)
-        dataset = open_source(source, ground_truth=ground_truth)
+        dataset = open_source(source, ground_truth=ground_truth, reading=config.reading)
         return Evaluation(config, model, dataset, methods=methods)
     if len(paths) != 1:
         raise ValueError("evaluate: expected only SOURCE with --folds, for it trains itself")
-    dataset = open_source(paths[0], ground_truth=ground_truth)
+    dataset = open_source(paths[0], ground_truth=ground_truth, reading=config.reading)
     kind = cast(SplitKind, split or "frames")
     return CrossValidation(config, dataset, n_folds=folds, split=kind, methods=methods)
 
@@ -155,7 +179,12 @@ def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
     rows = {
         "tested on": metrics["truth"],
         "frames": metrics["n_frames"],
-        "overall error (1 - F1)": metrics["overall_error"],
+        "overall error (1 - F1)": mean_of(
+            metrics["overall_error"],
+            metrics["pooled_error"],
+            metrics["frames_scored"],
+            metrics["n_frames"],
+        ),
         "ROC AUC": pooled["all"]["roc_auc"],
         "average precision": pooled["all"]["average_precision"],
         "best F1": pooled["all"]["best_f1"],

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from curiosight.cli.lessons import lesson_problems
 from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, count, scores_are_too_good
 from curiosight.cli.versions import versions
 from curiosight.evaluation import MethodScores
@@ -153,6 +154,9 @@ def _facts(
         yield "model", str(metrics["model"])
     else:
         yield "split", f"{metrics['folds']} folds of {metrics['split']}"
+    if isinstance(evaluation, CrossValidation):
+        lessons = evaluation.off_line.lessons
+        yield "looks that taught nothing about objects", lessons.in_short()
     yield "preset", evaluation.config.preset
     yield "seed", str(evaluation.config.run.seed)
     yield "intervals", "95 %, bootstrap over frames"
@@ -165,7 +169,10 @@ def _problems(
     n_frames = len(evaluation.truth.dataset)
     yield from evaluation.problems.sentences(n_frames, "could not be used")
     yield from failures(comparison)
-    if not evaluation.learner.forest.is_trained:
+    if isinstance(evaluation, CrossValidation):
+        has_learned = evaluation.n_untrained < len(evaluation.folds)
+        yield from lesson_problems(evaluation.off_line.lessons, has_learned=has_learned)
+    elif not evaluation.learner.forest.is_trained:
         yield NOTHING_LEARNED
     if metrics["pooled"]["all"]["roc_auc"] is None:
         yield NO_CLASSES
@@ -184,6 +191,12 @@ def _limits(metrics: Mapping[str, Any]) -> Iterator[str]:
         yield (
             "There was no ground truth: every method was tested against what depth says. Where "
             "that is wrong or silent, this page cannot tell."
+        )
+    if metrics["frames_scored"] < metrics["n_frames"]:
+        yield (
+            f"Overall error is the mean over the {metrics['frames_scored']} of "
+            f"{count(metrics['n_frames'], 'frame')} that show something salient; the others have "
+            "no F1 (0/0), as with the paper's authors. ROC, average precision and F1 count all."
         )
     if DEPTH in metrics["methods"]:
         yield (

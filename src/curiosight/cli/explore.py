@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,9 +12,12 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import example_of
-from curiosight.cli.explore_report import REPORT, draw_figures, exploration_report
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
-from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
+from curiosight.cli.explore_report import LEFTOVERS, REPORT, draw_figures, exploration_report
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.mean_error import mean_of
+from curiosight.cli.reading import ReadingOverrides, reads_source
+from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.experiments.exploring import Exploration, load_run_model
 from curiosight.experiments.output import OutputFolder
@@ -27,6 +31,7 @@ EXPLORING = "Exploring"
 TESTING = "Testing"
 
 
+@reads_source
 def explore(
     source: options.Source,
     strategy: Annotated[
@@ -65,7 +70,8 @@ def explore(
         int | None,
         typer.Option(
             metavar="J",
-            help="Keep every J-th frame for testing; gives the overall error at every step.",
+            help="Keep every J-th frame for testing: the overall error at every step.",
+            show_default="those with ground truth",
             rich_help_panel=TESTING,
         ),
     ] = None,
@@ -92,17 +98,22 @@ def explore(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
     Writes report.html to look at first, config.toml, steps.csv, timings.csv, model.npz,
-    summary.json and figures/. Ctrl-C ends a run early and keeps all of it.
+    summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a run early and
+    keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json only at the
+    end. Exit status 1: nothing was learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
         preset,
         config,
         {
+            **reading,
             "explorer.strategy": strategy,
             "explorer.n_steps": steps,
             "explorer.regions": regions,
@@ -116,18 +127,24 @@ def explore(
     )
     if test is not None and test_every is not None:
         raise ValueError("test: expected --test or --test-every, got both")
-    if ground_truth is not None and test is None and not settings.test.every:
-        raise ValueError("ground-truth: expected --test-every or --test too, or nothing is tested")
     if gap is not None and not settings.test.every:
         raise ValueError("gap: expected --test-every too, or there is nothing to keep apart")
     if test is not None:
         settings = replace(settings, test=replace(settings.test, every=0))
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
-    dataset = open_source(source, ground_truth=ground_truth if test is None else None)
-    test_source = None if test is None else open_source(test, ground_truth=ground_truth)
+    opened = partial(open_source, reading=settings.reading)
+    dataset = opened(source, ground_truth=ground_truth if test is None else None)
+    test_source = None if test is None else opened(test, ground_truth=ground_truth)
     continued = None if from_ is None else load_run_model(from_)
     with announce_compilation(talk.console):
-        run = Exploration(settings, dataset, folder, test_source=test_source, continued=continued)
+        run = Exploration(
+            settings,
+            dataset,
+            folder,
+            test_source=test_source,
+            continued=continued,
+            leftovers=LEFTOVERS,
+        )
         talk.introduce(source, dataset)
         _introduce(talk, run, test, settings)
         with CtrlC() as ctrl_c:
@@ -139,14 +156,25 @@ def explore(
             again = command_again("explore", [source], given)
             write_report(exploration_report(run, summary, taught, again), folder.file(REPORT))
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
-    talk.warn_of_learned(run.n_learned, len(run.truth.indices))
-    talk.warn_of(run.test_problems, len(run.truth.indices), "could not be tested on")
-    if not run.learner.forest.is_trained:
-        talk.warn(NOTHING_LEARNED)
+    _tell_tests(talk, run)
+    tell_lessons(talk, run.lessons, has_learned=run.has_learned)
     talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(len(run.rows), 'step')}; run and model are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
+    if not run.has_learned:
+        raise typer.Exit(LEARNED_NOTHING_STATUS)
+
+
+def _tell_tests(talk: Talk, run: Exploration) -> None:
+    """Tell what is wrong with the test frames; it is no warning where nobody asked for them."""
+    n_tested = len(run.truth.indices)
+    if run.is_test_asked:
+        talk.warn_of_learned(run.n_learned, n_tested)
+        talk.warn_of(run.test_problems, n_tested, "could not be tested on")
+        return
+    for sentence in run.test_problems.sentences(n_tested, "could not be tested on"):
+        talk.note(sentence)
 
 
 def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config) -> None:
@@ -157,13 +185,20 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         talk.note("the model goes on with its own features and forest, not with these settings'")
     talk.note(
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
-        f"{run.survey.scene}, tested on: {run.truth.kind}"
+        f"{run.survey.scene}, tested on: {tested_on(run)}"
     )
+    if run.unused_truth is not None:
+        talk.warn(f"the ground truth cannot be tested against: {run.unused_truth}")
     n_within_reach = len(run.world.views)
     if n_within_reach < len(run.dataset):
         talk.note(
             f"learns from {n_within_reach} of {len(run.dataset)} frames; the others are "
             "tested on, or too close to those"
+        )
+    elif run.is_tested_on_learned:
+        talk.note(
+            "these frames are learned from too, as too few others would be left: the scores are "
+            "too good; --test-every 10 keeps some out of learning"
         )
     tested = run.truth.dataset
     if run.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):
@@ -195,12 +230,24 @@ def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
     return [*others, step]
 
 
+def tested_on(run: Exploration) -> str:
+    """Say what a run is tested on, and how many frames of it."""
+    if run.truth.kind == "nothing":
+        return "nothing"
+    return f"{run.truth.kind}, {count(len(run.truth.indices), 'frame')}"
+
+
 def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
     rows = {
         "steps": summary["steps"],
-        "overall error (1 - F1)": summary["overall_error"],
-        "tested on": f"{summary['tested_on']}, {count(summary['test_frames'], 'frame')}",
+        "overall error (1 - F1)": mean_of(
+            summary["overall_error"],
+            summary["pooled_error"],
+            summary["frames_scored"],
+            summary["frames_tested"],
+        ),
+        "tested on": _tested_on(summary),
         "samples": summary["samples"],
         "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
     }
@@ -208,3 +255,9 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["written to"] = folder.path
     return rows
+
+
+def _tested_on(summary: dict[str, Any]) -> str:
+    n_learned = summary["test_frames_learned"]
+    learned = f", {n_learned} of them learned from" if n_learned else ""
+    return f"{summary['tested_on']}, {count(summary['frames_tested'], 'frame')}{learned}"

@@ -9,7 +9,8 @@ from statistics import fmean
 from typing import Any
 
 from curiosight.cli.explore_examples import unseen_examples
-from curiosight.cli.talk import NOTHING_LEARNED, count, scores_are_too_good
+from curiosight.cli.lessons import lesson_problems
+from curiosight.cli.talk import count, scores_are_too_good
 from curiosight.cli.versions import versions
 from curiosight.config import to_toml
 from curiosight.experiments.exploring import Exploration
@@ -31,6 +32,14 @@ from curiosight.viewing.report import (
 )
 
 UP = (0, 0, 1)  # of drawn rooms
+# Of an earlier run, written again at the end of this one.
+LEFTOVERS = (
+    "report.html",
+    "figures/learning_curve.png",
+    "figures/time_per_region.png",
+    "figures/regions.png",
+    "figures/examples.png",
+)
 N_LOOKS = 10  # that the errors at first and at the end are means of
 REPORT = "report.html"
 _WAYS = {
@@ -143,6 +152,8 @@ def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
     if not errors:
         return sentence
     frames = count(run.held_out.n_frames, "test frame")
+    if run.held_out.n_frames < run.held_out.n_given:
+        frames = f"the {run.held_out.n_frames} of {run.held_out.n_given} test frames with objects"
     unseen = "" if run.n_learned else " it never learned from"
     return (
         f"{sentence} On {frames}{unseen}, its error went from {errors[0]:.2f} after the first "
@@ -162,8 +173,12 @@ def _results(run: Exploration) -> Results:
         note = f"against {'what depth says' if run.truth.kind == 'teacher' else 'ground truth'}"
         if n_left_out := len(run.truth.indices) - run.held_out.n_frames:
             note += f"; {count(n_left_out, 'other')} bad, or without anything salient in view"
-        name = f"error on {count(run.held_out.n_frames, 'test frame')}"
+        name = f"error, mean of {count(run.held_out.n_frames, 'test frame')}"
         rows.append(ResultRow(name, (f"{errors[0]:.2f}", f"{errors[-1]:.2f}"), note))
+        pooled = run.held_out.pooled_error()
+        name = f"error, {count(run.held_out.n_given, 'test frame')} pooled"
+        note = "false alarms where nothing salient is in view count too"
+        rows.append(ResultRow(name, ("", "" if pooled is None else f"{pooled:.2f}"), note))
     if errors := _known(run, "error"):
         n_looks = max(1, min(N_LOOKS, len(errors) // 2))
         values = (f"{fmean(errors[:n_looks]):.2f}", f"{fmean(errors[-n_looks:]):.2f}")
@@ -186,7 +201,8 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         "regions": f"{run.regions.n_regions} ({run.regions.kind})",
         "seed": str(config.run.seed),
         "preset": config.preset,
-        "tested on": f"{run.truth.kind}, {count(run.held_out.n_frames, 'frame')}",
+        "tested on": f"{run.truth.kind}, {count(run.held_out.n_given, 'frame')}",
+        "looks that taught nothing about objects": run.lessons.in_short(),
         "versions": ", ".join(versions()),
     }
     if summary["metres"]:
@@ -204,8 +220,7 @@ def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:
     yield from run.test_problems.sentences(len(run.truth.indices), "could not be tested on")
     if run.n_learned:
         yield scores_are_too_good(run.n_learned, len(run.truth.indices))
-    if not run.learner.forest.is_trained:
-        yield NOTHING_LEARNED
+    yield from lesson_problems(run.lessons, has_learned=run.has_learned)
 
 
 def _limits(run: Exploration) -> Iterator[str]:
@@ -218,6 +233,12 @@ def _limits(run: Exploration) -> Iterator[str]:
         yield (
             "No frames were kept for testing: errors are those of each frame before the model "
             "learned from it, against what depth says. The option --test-every 10 keeps some."
+        )
+    if run.held_out.n_given > run.held_out.n_frames > 0:
+        yield (
+            "The mean error is of the test frames that show something salient; the others have no "
+            "F1 (0/0), as with the paper's authors. What is marked in them counts in the pooled "
+            "error."
         )
     if not any(pose is not None for pose in run.dataset.poses):
         yield "The recording has no poses, so there is no map."

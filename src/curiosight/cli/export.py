@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset, GraphNode, RlIac, RlIacWriter
@@ -19,6 +20,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def export(
     source: options.Source,
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
@@ -33,6 +35,8 @@ def export(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Write a recording as an RL-IAC folder, which the program of the paper's authors reads.
 
@@ -43,9 +47,9 @@ def export(
     talk = Talk(quiet=quiet, as_json=json)
     if every < 1:
         raise ValueError(f"every: expected 1 or more, got {every}")
-    settings = load_config(preset, config, {"explorer.regions": regions})
+    settings = load_config(preset, config, {**reading, "explorer.regions": regions})
     folder = OutputFolder(out, "export", source, overwrite=overwrite)
-    dataset = open_source(source, ground_truth=ground_truth)
+    dataset = open_source(source, ground_truth=ground_truth, reading=settings.reading)
     with announce_compilation(talk.console):
         of_view, graph = _divide(settings, dataset)
     indices = range(0, len(dataset), every)
@@ -66,7 +70,7 @@ def export(
     talk.results("export", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_written, 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _divide(config: Config, dataset: Dataset) -> tuple[Sequence[int], Sequence[GraphNode]]:

@@ -7,16 +7,15 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk
-from curiosight.config import Config, load_config
-from curiosight.datasets import Dataset
-from curiosight.errors import DataError
-from curiosight.experiments.components import choose_regions, survey_dataset
-from curiosight.teacher import Survey
+from curiosight.config import load_config
+from curiosight.experiments.describing import describe
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def info(
     source: options.Source,
     regions: Annotated[
@@ -27,62 +26,42 @@ def info(
     config: options.ConfigFile = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Say what a recording is: layout, frames, camera, poses, ground truth, regions."""
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"explorer.regions": regions})
-    dataset = open_source(source, ground_truth=ground_truth)
+    settings = load_config(preset, config, {**reading, "explorer.regions": regions})
+    dataset = open_source(source, ground_truth=ground_truth, reading=settings.reading)
     with announce_compilation(talk.console):
         facts = describe(settings, dataset)
-    rows = {name.replace("_", " "): value for name, value in facts.items()}
+    rows = {name.replace("_", " "): value for name, value in facts.items() if name != "warnings"}
+    rows["reasons"] = "; ".join(facts["reasons"]) or None
+    rows["depth"] = _depth_line(facts["depth"])
     rows["camera"] = _camera_line(facts["camera"])
+    rows["poses"] = facts["poses"] and f"{facts['poses']} of {facts['frames']}"
     rows["remarks"] = "; ".join(facts["remarks"]) or None
     rows["regions"] = _region_line(facts["regions"])
     talk.results(str(source), rows, facts)
+    for warning in facts["warnings"]:
+        talk.warn_of_doubt(warning["text"], warning["fix"])
 
 
-def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
-    """Return what is known of a recording; with depth some frames tell which way is up."""
-    frame = dataset[0]
-    height, width = frame.rgb.shape[:2]
-    camera = dataset.camera
-    survey = _survey(config, dataset)
-    divided = choose_regions(config, dataset, survey)
-    sizes = [int((divided.of_view == region).sum()) for region in range(divided.n_regions)]
-    return {
-        "layout": dataset.name,
-        "frames": len(dataset),
-        "first_id": dataset.ids[0],
-        "last_id": dataset.ids[-1],
-        "width": width,
-        "height": height,
-        "depth": dataset.has_depth,
-        "scene": survey.scene if survey is not None else None,
-        "camera": camera
-        and {
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-            "depth_window": camera.depth_window,
-        },
-        "frames_with_pose": sum(pose is not None for pose in dataset.poses),
-        "frames_with_ground_truth": sum(map(dataset.has_ground_truth, range(len(dataset)))),
-        "regions": {
-            "kind": divided.kind,
-            "names": list(divided.names),
-            "frames": sizes,
-        },
-        "remarks": list(dataset.remarks),
-    }
-
-
-def _survey(config: Config, dataset: Dataset) -> Survey | None:
-    """Look at some frames; None where there is no depth or no usable frame."""
-    try:
-        return survey_dataset(config, dataset)
-    except DataError:
+def _depth_line(depth: dict[str, Any] | None) -> str | None:
+    """Write what the frames that were opened hold: 12 of 12 usable, 0.512 to 4.210 m, …"""
+    if depth is None:
         return None
+    parts = [f"{depth['usable']} of {depth['opened']} usable"]
+    if depth["sizes"]:
+        parts[0] += f" ({depth['sizes']})"
+    if depth["usable"]:
+        parts.append(f"{depth['min_m']:.2f} to {depth['max_m']:.2f} m")
+        if depth["unit_m"]:
+            parts.append(f"in units of {depth['unit_m']:.6g} m")
+        parts.append(f"{depth['missing_share']:.0%} of the pixels without a reading")
+    elif depth["problem"]:
+        parts.append(depth["problem"])
+    return ", ".join(parts)
 
 
 def _camera_line(camera: dict[str, Any] | None) -> str | None:

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
-from curiosight.cli.talk import NOTHING_LEARNED, Talk, count
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.reading import ReadingOverrides, reads_source
+from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
-from curiosight.experiments.exploring import MODEL
+from curiosight.errors import DataError
+from curiosight.experiments.exploring import MODEL, RESULTS
+from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
+# What the first model of the frames so far may take to grow and write, see `Keeping`.
+FIT_S = 0.25
 
+
+@reads_source
 def learn(
     source: options.Source,
     seed: options.Seed = None,
@@ -29,19 +38,24 @@ def learn(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Learn a whole recording at once: the off-line model, the least error to expect.
 
     Every frame gives as many labelled pixels (learner.n_pixels; fewer in a very long recording);
     of all of them a uniformly random choice that fits the buffer (forest.max_samples) is kept.
-    Writes config.toml, model.npz and summary.json. Ctrl-C ends it early: the model then knows the
-    frames up to there.
+    Writes config.toml, model.npz and summary.json. Ctrl-C, or a signal to end (SIGTERM, SIGHUP),
+    ends it early: the model then knows the frames up to there. So does the model.npz that is
+    written now and then meanwhile; summary.json comes only at the end. Exit status 1: nothing was
+    learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
         preset,
         config,
         {
+            **reading,
             "run.seed": seed,
             "teacher.scene": scene,
             "teacher.source": teacher,
@@ -49,26 +63,37 @@ def learn(
         },
     )
     folder = OutputFolder(out, "learn", source, overwrite=overwrite)
-    dataset = open_source(source)
+    dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
+        keeping = Keeping(expected_s=FIT_S)
         off_line = OffLine(settings, dataset)
+        folder.remove(RESULTS)
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c:
             with talk.following("learn", len(dataset)) as shown:
                 for _ in ctrl_c.until_pressed(off_line):
                     shown.advance()
+                    _keep(off_line, keeping, folder)
             learner = off_line.fit()
             learner.save(folder.file(MODEL))
             summary = off_line.summary()
             folder.write_json("summary.json", summary)
     talk.warn_of(off_line.problems, summary["frames"], "taught nothing")
-    if not learner.forest.is_trained:
-        talk.warn(NOTHING_LEARNED)
+    tell_lessons(talk, off_line.lessons, has_learned=learner.forest.is_trained)
     talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; the model of these is kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
+    if not learner.forest.is_trained:
+        raise typer.Exit(LEARNED_NOTHING_STATUS)
+
+
+def _keep(off_line: OffLine, keeping: Keeping, folder: OutputFolder) -> None:
+    """Write the model of the frames so far if it is time to; the end would say if it fails."""
+    if keeping.is_due():
+        with keeping.writing(), suppress(DataError):
+            off_line.so_far().save(folder.file(MODEL), is_packed=False)
 
 
 def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk
 from curiosight.config import load_config
 from curiosight.experiments.exploring import load_run_model
@@ -19,6 +20,7 @@ from curiosight.viewing.overlays import overlay_saliency
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def map_(
     run: options.Run,
     source: Annotated[
@@ -44,14 +46,16 @@ def map_(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Find objects in colour images with a learned model: <id>.png, 255 = surely salient."""
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(None, config)
+    settings = load_config(None, config, reading)
     folder = OutputFolder(out, "map", source, overwrite=overwrite)
     learner = SaliencyLearner.load(load_run_model(run))
-    dataset = open_source(source)
-    talk.introduce(source, dataset)
+    dataset = open_source(source, reading=settings.reading)
+    talk.introduce(source, dataset, for_depth=False)
     mapping = Mapping(settings, learner.saliency, dataset, folder)
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
         for frame, saliency in mapping:

@@ -21,7 +21,7 @@ Source = Annotated[
     Path,
     typer.Argument(
         metavar="SOURCE",
-        help="A recording's folder (7-Scenes, TUM RGB-D, OSD/OCID, or rgb/ depth/ camera.json), "
+        help="A recording's folder, of nearly any layout (`curiosight info` says how it is read), "
         "or room:SEED.",
     ),
 ]

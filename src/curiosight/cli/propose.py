@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.experiments.exploring import load_run_model
@@ -19,6 +20,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def propose(
     source: options.Source,
     model: Annotated[
@@ -38,6 +40,8 @@ def propose(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Propose boxes: depth draws them, and a model ranks them.
 
@@ -45,10 +49,10 @@ def propose(
     model is given; the best first) and config.toml. Ctrl-C ends it early and keeps what is found.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
     learner = None if model is None else SaliencyLearner.load(load_run_model(model))
     folder = OutputFolder(out, "propose", source, overwrite=overwrite)
-    dataset = open_source(source)
+    dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
         proposing = Proposing(settings, dataset, learner, top=top, every=every, temporal=temporal)
         folder.write_text("config.toml", to_toml(settings))
@@ -63,4 +67,4 @@ def propose(
     talk.results("propose", rows, {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

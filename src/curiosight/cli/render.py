@@ -11,7 +11,7 @@ from typing import Annotated, cast
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, views_from
@@ -56,17 +56,17 @@ def render(
         looks = RoomViews(draw_room(settings))
         if pose:
             looks = views_from(looks, [_read_pose(text) for text in pose])
-        n_written = _render(talk, looks, cast(Layout, layout), folder)
+        n_written, status = _render(talk, looks, cast(Layout, layout), folder)
     summary = {"room": looks.path, "views": n_written, "layout": layout, "out": str(folder.path)}
     rows = {"views": count(n_written, "view"), "layout": layout, "written to": folder.path}
     talk.results("render", rows, summary)
-    if n_written < len(looks):
+    if status and n_written < len(looks):
         talk.note(f"stopped after {count(n_written, 'view')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(status)
 
 
-def _render(talk: Talk, looks: RoomViews, layout: Layout, folder: OutputFolder) -> int:
-    """Write the views, to the last or to Ctrl-C; return how many."""
+def _render(talk: Talk, looks: RoomViews, layout: Layout, folder: OutputFolder) -> tuple[int, int]:
+    """Write the views, to the last or to Ctrl-C; return how many, and `CtrlC.status`."""
     n_written = 0
     with CtrlC() as ctrl_c, closing(render_room(looks, layout, folder)) as rendered:
         talk.introduce(Path(looks.path), looks)
@@ -74,7 +74,7 @@ def _render(talk: Talk, looks: RoomViews, layout: Layout, folder: OutputFolder) 
             for _ in ctrl_c.until_pressed(rendered):
                 n_written += 1
                 shown.advance()
-    return n_written
+    return n_written, ctrl_c.status
 
 
 def _read_pose(text: str) -> tuple[float, float, float]:

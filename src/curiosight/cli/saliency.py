@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
 from curiosight.evaluation.baselines import METHODS
@@ -18,6 +19,7 @@ from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def saliency(
     method: Annotated[str, typer.Argument(help=f"One of {', '.join(METHODS)}.")],
     source: Annotated[
@@ -30,6 +32,8 @@ def saliency(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Write the maps of a baseline, equal to its original: <id>.png, 255 = most salient.
 
@@ -39,9 +43,10 @@ def saliency(
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
     folder = OutputFolder(out, "saliency", source, overwrite=overwrite)
-    dataset = open_source(source)
-    talk.introduce(source, dataset)
-    mapping = Mapping(load_config(), METHODS[method], dataset, folder)
+    settings = load_config(overrides=reading)
+    dataset = open_source(source, reading=settings.reading)
+    talk.introduce(source, dataset, for_depth=False)
+    mapping = Mapping(settings, METHODS[method], dataset, folder)
     following = talk.following(method, len(dataset))
     with announce_compilation(talk.console), CtrlC() as ctrl_c, following as shown:
         for _ in ctrl_c.until_pressed(mapping):
@@ -53,4 +58,4 @@ def saliency(
     talk.results("saliency", rows, {**facts, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_mapped, 'image')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

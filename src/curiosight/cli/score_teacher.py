@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.experiments.output import OutputFolder
@@ -19,6 +20,7 @@ from curiosight.worlds.sources import open_source
 COUNTING = "What counts"
 
 
+@reads_source
 def score_teacher(
     source: options.Source,
     every: Annotated[
@@ -55,6 +57,8 @@ def score_teacher(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Score the teacher's labels, and its objects, against ground truth.
 
@@ -63,10 +67,12 @@ def score_teacher(
     Ctrl-C ends it early and keeps what is scored.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"teacher.scene": scene, "teacher.source": teacher})
+    settings = load_config(
+        preset, config, {**reading, "teacher.scene": scene, "teacher.source": teacher}
+    )
     what_counts = ScoringSettings(every, border_px, max_distance, worst)
     folder = OutputFolder(out, "score-teacher", source, overwrite=overwrite)
-    dataset = open_source(source, ground_truth=ground_truth)
+    dataset = open_source(source, ground_truth=ground_truth, reading=settings.reading)
     with announce_compilation(talk.console):
         scoring = Scoring(settings, dataset, folder, what_counts, temporal=temporal)
         folder.write_text("config.toml", to_toml(settings))
@@ -83,7 +89,7 @@ def score_teacher(
     talk.results("score-teacher", rows, {**figures, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(figures['frames'], 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.interrupt import INTERRUPTED, CtrlC
+from curiosight.cli.interrupt import CtrlC
+from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
 from curiosight.experiments.output import OutputFolder
@@ -17,6 +18,7 @@ from curiosight.viewing.overlays import overlay_labels
 from curiosight.worlds.sources import open_source
 
 
+@reads_source
 def segment(
     source: options.Source,
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
@@ -45,6 +47,8 @@ def segment(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
     json: options.Json = False,
+    *,
+    reading: ReadingOverrides,
 ) -> None:
     """Segment depth: objects on supports (salient), supports and walls (not), the rest unknown.
 
@@ -53,9 +57,9 @@ def segment(
     Ctrl-C ends it early and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {"teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
     folder = OutputFolder(out, "segment", source, overwrite=overwrite)
-    dataset = open_source(source)
+    dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
         segmenting = Segmenting(
             settings,
@@ -80,4 +84,4 @@ def segment(
     talk.results("segment", rows, {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(ctrl_c.status)

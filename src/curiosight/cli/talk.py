@@ -11,6 +11,7 @@ from rich.console import Console
 
 from curiosight.datasets import Dataset
 from curiosight.errors import printable
+from curiosight.experiments.describing import doubts_of
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import FrameProgress, progress_console
 
@@ -52,8 +53,8 @@ class Talk:
         for sentence in problems.sentences(n_frames, what):
             self.warn(sentence)
 
-    def introduce(self, path: Path, dataset: Dataset) -> None:
-        """Say what a source was taken for.
+    def introduce(self, path: Path, dataset: Dataset, *, for_depth: bool = True) -> None:
+        """Say what a source was taken for and, where its depth is used, what contradicts itself.
 
         To be called once the command can start: a refusal is one line and no more.
         """
@@ -65,6 +66,12 @@ class Talk:
         self.note(", ".join(parts))
         for remark in dataset.remarks:
             self.note(f"  {remark}")
+        for doubt in doubts_of(dataset) if for_depth else []:
+            self.warn_of_doubt(doubt.text, doubt.fix)
+
+    def warn_of_doubt(self, text: str, fix: str) -> None:
+        """Warn of what contradicts itself in a recording; fix: the option that mends it."""
+        self.warn(f"{text} ({fix})")
 
     def following(self, title: str, n_frames: int) -> FrameProgress:
         """Return the line of progress of a command."""

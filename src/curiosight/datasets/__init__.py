@@ -5,12 +5,25 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from curiosight.datasets.bop import Bop
 from curiosight.datasets.check import check_dataset
-from curiosight.datasets.folder import Folder
-from curiosight.datasets.images import Images
-from curiosight.datasets.osd import Osd
+from curiosight.datasets.doubts import Doubt, find_doubts
+from curiosight.datasets.fixing import fix_units
+from curiosight.datasets.layouts.bop import Bop
+from curiosight.datasets.layouts.dex_net import DexNet
+from curiosight.datasets.layouts.folder import Folder
+from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.named import Named
+from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
+from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
+from curiosight.datasets.layouts.rl_iac import RlIac
+from curiosight.datasets.layouts.rl_iac_tables import GraphNode
+from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
+from curiosight.datasets.layouts.seven_scenes import SevenScenes
+from curiosight.datasets.layouts.tum_rgbd import TumRgbd
+from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
+from curiosight.datasets.reading import AS_RECORDED, Reading
 from curiosight.datasets.recording import (
     Dataset,
     Entry,
@@ -18,29 +31,26 @@ from curiosight.datasets.recording import (
     KnowsInstances,
     Recording,
 )
-from curiosight.datasets.rgbd_scenes import ObjectBox, RgbdScenes
-from curiosight.datasets.rgbd_scenes_v2 import RgbdScenesV2
-from curiosight.datasets.rl_iac import RlIac
-from curiosight.datasets.rl_iac_tables import GraphNode
-from curiosight.datasets.rl_iac_writer import RlIacWriter, write_rl_iac
-from curiosight.datasets.seven_scenes import SevenScenes
-from curiosight.datasets.tum_rgbd import TumRgbd
-from curiosight.datasets.video import Video
 from curiosight.errors import DataError
 
 __all__ = [
+    "AS_RECORDED",
     "SOURCES",
     "Bop",
     "Dataset",
+    "DexNet",
+    "Doubt",
     "Entry",
     "Folder",
     "GraphNode",
     "Images",
     "KnowsDistances",
     "KnowsInstances",
+    "Named",
     "ObjectBox",
     "Osd",
     "Prefetch",
+    "Reading",
     "Recording",
     "RgbdScenes",
     "RgbdScenesV2",
@@ -50,6 +60,7 @@ __all__ = [
     "TumRgbd",
     "Video",
     "check_dataset",
+    "find_doubts",
     "open_dataset",
     "write_rl_iac",
 ]
@@ -64,34 +75,45 @@ SOURCES = (
     Osd,
     Folder,
     RlIac,
+    DexNet,
+    Named,
     Images,
     Video,
 )
 
-LOOKED_FOR = (
-    "looked for frame-*.color.* with frame-*.depth.png (7-Scenes), rgb.txt with depth.txt "
-    "(TUM RGB-D), image_color/ with depth/ (OSD), desk_1/desk_1_1_depth.png (RGB-D Scenes v1), "
-    "imgs/scene_* (RGB-D Scenes v2), scene_camera.json (BOP), x.png with x_depth.png (RL-IAC), "
-    "rgb/ with depth/ and camera.json (plain folder), and images"
-)
+LOOKED_FOR = "looked for " + "; ".join(f"{source.evidence} ({source.name})" for source in SOURCES)
 
 
-def open_dataset(path: Path | str, *, ground_truth: Path | str | None = None) -> Recording | Video:
+def open_dataset(
+    path: Path | str,
+    *,
+    ground_truth: Path | str | None = None,
+    reading: Reading = AS_RECORDED,
+) -> Recording | Video:
     """Open a recording; its layout is guessed from the folder, and its `name` tells the guess.
 
     ground_truth: folder of `<id>.png` (255 salient, 0 not salient, else ignored) to use
-    instead of the recording's own. Raises `DataError` for what cannot be opened.
+    instead of the recording's own. reading: what overrules the recording's own unit, poses and
+    cameras. Raises `DataError` for what cannot be opened.
     """
     path = Path(path)
     try:
         dataset = _open(path)
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
-    if ground_truth is None:
-        return dataset
     if isinstance(dataset, Video):
-        raise DataError(path, "is a video", "ground truth needs a folder of images")
-    return dataset.with_ground_truth(Path(ground_truth))
+        if ground_truth is not None or reading != AS_RECORDED:
+            raise DataError(path, "is a video", "ground truth and depth need a folder of images")
+        return dataset
+    if reading != AS_RECORDED:
+        dataset = dataset.read_as(reading)
+    if reading.fix_units and dataset.has_depth:
+        dataset = fix_units(dataset)
+    if ground_truth is not None:
+        return dataset.with_ground_truth(Path(ground_truth))
+    if dataset.mask_fault is not None:
+        raise dataset.mask_fault
+    return dataset
 
 
 def _open(path: Path) -> Recording | Video:
@@ -105,10 +127,12 @@ def _open(path: Path) -> Recording | Video:
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
     inside = [child for child in sorted(path.iterdir()) if _has_depth(child)]
+    if not inside and Named.recognises_below(path):
+        return Named(path)
     remedy = f"did you mean {inside[0]}?" if inside else LOOKED_FOR
     raise DataError(path, "is no recording of a known layout", remedy)
 
 
 def _has_depth(path: Path) -> bool:
-    with_depth = (source for source in SOURCES if source not in (Images, Video))
+    with_depth = (source for source in SOURCES if source not in (Named, Images, Video))
     return any(source.recognises(path) for source in with_depth)

@@ -11,49 +11,87 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Depth, Rgb
+from curiosight.datasets.palette import FAULTS as PALETTE_FAULTS
+from curiosight.datasets.palette import (
+    PNG_SIGNATURE,
+    TIFF_SIGNATURES,
+    as_stored,
+    may_have_palette,
+    read_indices,
+)
+from curiosight.frame import Rgb
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_START = b"\xff\xd8"
 JPEG_END = b"\xff\xd9"
 # Some cameras pad a JPEG after its end; inside the coded picture the end mark cannot occur.
 JPEG_TAIL_BYTES = 1024
+# Between the channels of a grey picture that was saved as a coloured JPEG.
+LOSSY_SPREAD = 24
 
 
 class UnreadableFile(Exception):  # noqa: N818 - becomes a Frame's `problem`, never a user's error
     """Name a file of a recording and what is wrong with it, such as "a.png is truncated"."""
 
 
-class EightBitDepth(UnreadableFile):
-    """Name a depth image that has 8 bits a pixel: no distances can be read from it."""
+class ColourCoded(UnreadableFile):
+    """Name a mask that is painted in colours: no values can be read from it."""
 
 
-def read_rgb(path: Path) -> Rgb:
-    """Read a colour image as (H, W, 3) uint8, red first; raise `UnreadableFile`."""
-    return cv2.cvtColor(_decode(path, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)  # type: ignore[no-any-return]
+def read_rgb(path: Path, *, is_turned: bool = False) -> Rgb:
+    """Read a colour image as (H, W, 3) uint8, red first; raise `UnreadableFile`.
 
-
-def read_depth(path: Path, depth_scale: float) -> Depth:
-    """Read a 16-bit depth image as (H, W) float32 metres; raise `UnreadableFile`.
-
-    depth_scale: metres per unit. 0 (no echo) and 65535 (out of range) become NaN.
+    is_turned: as its EXIF orientation asks and viewers show it; else as stored, pixel on pixel
+    with depth, which carries no such mark.
     """
-    raw = _decode(path, cv2.IMREAD_UNCHANGED)
-    if raw.dtype == np.uint8:
-        raise EightBitDepth(f"{path.name} has 8 bits a pixel where depth needs 16")
-    if raw.dtype != np.uint16 or raw.ndim != 2:
-        raise UnreadableFile(f"{path.name} is not a 16-bit depth image")
-    depth: Depth = raw.astype(np.float32) * np.float32(depth_scale)
-    depth[(raw == 0) | (raw == 65535)] = np.nan
-    return depth
+    bgr = _decode(path, cv2.IMREAD_COLOR | _turning(is_turned))
+    return cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)  # type: ignore[no-any-return]
 
 
-def read_grey(path: Path) -> npt.NDArray[Any]:
-    """Read a mask or label image as (H, W) uint8 or uint16; raise `UnreadableFile`."""
-    return _decode(path, cv2.IMREAD_ANYDEPTH)
+def decode_unchanged(path: Path) -> npt.NDArray[Any]:
+    """Read an image as it is stored, whatever its channels and bits; raise `UnreadableFile`."""
+    return _decode(path, cv2.IMREAD_UNCHANGED)
+
+
+def read_grey(path: Path, *, is_turned: bool = False) -> npt.NDArray[Any]:
+    """Read a mask or label image as (H, W) uint8 or uint16; raise `UnreadableFile`.
+
+    Pixels of a palette are its indices, and three equal channels are one. is_turned: as in
+    `read_rgb`. Raises `ColourCoded` where the channels differ.
+    """
+    content = _content(path)
+    if may_have_palette(content):
+        try:
+            indices = read_indices(content, is_turned=is_turned)
+        except PALETTE_FAULTS:
+            raise UnreadableFile(f"{path.name} is not an image that can be decoded") from None
+        if indices is not None:
+            return indices
+    flags = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH | _turning(is_turned)
+    values = _decoded(path, content, flags)
+    if values.dtype not in (np.uint8, np.uint16):
+        raise UnreadableFile(f"{path.name} is of {values.dtype}, where 8 or 16 bits hold a mask")
+    if values.ndim == 2:
+        return values
+    spread = int(np.ptp(values, axis=2).max()) if values.size else 0
+    if spread > (LOSSY_SPREAD if is_lossy(content) else 0):
+        raise ColourCoded(f"{path.name} is painted in colours, where a mask is of greys")
+    return cv2.cvtColor(values, cv2.COLOR_BGR2GRAY)  # type: ignore[no-any-return]
+
+
+def is_lossy(content: bytes) -> bool:
+    """Tell from the first bytes of a file whether its values may be smeared."""
+    return content.startswith(JPEG_START) or content[8:12] == b"WEBP"
+
+
+def _turning(is_turned: bool) -> int:
+    return 0 if is_turned else int(cv2.IMREAD_IGNORE_ORIENTATION)
 
 
 def _decode(path: Path, flags: int) -> npt.NDArray[Any]:
+    return _decoded(path, _content(path), flags)
+
+
+def _content(path: Path) -> bytes:
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -63,12 +101,19 @@ def _decode(path: Path, flags: int) -> npt.NDArray[Any]:
     fault = _fault(content)
     if fault:
         raise UnreadableFile(f"{path.name} {fault}")
+    return content
+
+
+def _decoded(path: Path, content: bytes, flags: int) -> npt.NDArray[Any]:
     try:
         image: npt.NDArray[Any] | None = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
     except cv2.error:
         image = None
     if image is None:
         raise UnreadableFile(f"{path.name} is not an image that can be decoded")
+    # IMREAD_UNCHANGED has all bits set, this one too.
+    if content.startswith(TIFF_SIGNATURES) and flags & cv2.IMREAD_IGNORE_ORIENTATION:
+        return as_stored(content, image)
     return image
 
 

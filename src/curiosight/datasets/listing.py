@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from curiosight.datasets.masks import find_masks
 from curiosight.errors import DataError
 
 IMAGE_ENDINGS = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp"})
@@ -83,6 +85,18 @@ def _search(
             _search(child, holds_frames, levels - 1, pattern, found)
 
 
+def places_of(folder: Path) -> list[Path]:
+    """Return where a folder lies: as it is called, each link on the way, and where it ends."""
+    places = [Path(os.path.abspath(folder))]
+    while places[-1].is_symlink():
+        target = places[-1].parent / places[-1].readlink()
+        place = Path(os.path.abspath(target))
+        if place in places:
+            break
+        places.append(place)
+    return list(dict.fromkeys([*places, folder.resolve()]))
+
+
 def find_ground_truth(
     root: Path, sequence: Path | None = None, prefix: str = ""
 ) -> dict[str, Path]:
@@ -94,14 +108,15 @@ def find_ground_truth(
     """
     sequence = sequence or root
     folders = [root / "ground_truth" / prefix, sequence / "ground_truth"]
-    opened = sequence.resolve()
-    if sequence == root and opened.name.startswith("seq"):
-        beside = opened.parent / "ground_truth"
-        folders.append(beside / opened.name)
-        # Beside several sequences a bare id would be ambiguous.
-        if len(list(opened.parent.glob("seq*/"))) == 1:
-            folders.append(beside)
+    if sequence == root:
+        for opened in places_of(sequence):
+            if opened.name.startswith("seq"):
+                beside = opened.parent / "ground_truth"
+                folders.append(beside / opened.name)
+                # Beside several sequences a bare id would be ambiguous.
+                if len(list(opened.parent.glob("seq*/"))) == 1:
+                    folders.append(beside)
     files: dict[str, Path] = {}
     for folder in reversed(folders):
-        files.update({path.stem: path for path in folder.glob("*.png")})
+        files.update(find_masks(folder))
     return files

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Self, TypeVar, runtime_checkable
@@ -11,18 +11,29 @@ from typing import Any, Protocol, Self, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets.camera_file import (
+from curiosight.datasets.cameras.camera_file import (
     GROUND_TRUTH_VALUES,
-    CameraFile,
     LabelValues,
     scaled_camera,
 )
-from curiosight.datasets.decoding import (
-    EightBitDepth,
-    UnreadableFile,
-    read_depth,
-    read_grey,
-    read_rgb,
+from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_camera, with_window
+from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
+from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
+from curiosight.datasets.masks import (
+    MASK_ENDINGS,
+    find_masks,
+    judge_masks,
+    read_mask,
+    read_numbers,
+)
+from curiosight.datasets.reading import Reading
+from curiosight.datasets.sizes import (
+    check_frame_size,
+    first_depth,
+    fit_camera,
+    fit_to,
+    has_shape_of,
+    image_size,
 )
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
@@ -30,6 +41,10 @@ from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 GroundTruth = npt.NDArray[np.uint8]
 InstanceTruth = npt.NDArray[np.int32]
 Image = TypeVar("Image", Rgb, Depth)
+
+UNITS = {1.0: "a metre", 0.001: "a millimetre"}
+# What the makers of phones call medium; below it are edges and what is too far.
+USUAL_CONFIDENCE = 1
 
 
 class Dataset(Protocol):
@@ -93,6 +108,9 @@ class Entry:
     """The files of one frame, before any of them is opened.
 
     depth: where the file should be; None only in recordings without depth.
+    T_world_camera: as the recording has it, see `DepthCamera.has_the_poses`.
+    confidence: an image of how sure depth is, more is surer.
+    camera: intrinsics of this very image; None = the recording's.
     problem: what listing the recording already found wrong with the frame.
     """
 
@@ -103,16 +121,32 @@ class Entry:
     stamp_ns: int | None = None
     ground_truth: Path | None = None
     problem: str | None = None
+    confidence: Path | None = None
+    camera: Camera | None = None
 
 
 class Recording:
     """A dataset made of image files, decoded when asked for.
 
-    Depth is taken as registered to the colour image; a layout where it is not overrides
-    `read_depth`. Raises `DataError` for a recording of which no frame can be used.
+    Raises `DataError` for a recording of which no frame can be used.
+
+    camera: of the colour images; of another size than they have, it is scaled where the shape
+        is the same. An `Entry` may have its own, as cameras that focus do.
+    depth_form: what the numbers of depth files mean.
+    depth_camera: where depth is not registered to colour; None = it is. Registered depth of
+        another size is brought to colour's.
+    label_values: of the ground-truth files; None = 255 salient, 0 not salient, else ignored.
+    labels: what they mean where no such values are in them.
+    mask_fault: why the masks, or the label images, can all not be read; None = they can.
+    reasons: what the layout was told by beside `evidence`, in words.
     """
 
     name = "recording"
+    evidence = ""
+    # Depth has no mark of which way up it is, so colour and masks stay as they are stored.
+    is_turned = False
+    # By "labels" in camera.json, where that does not speak of other images.
+    masks_may_be_labelled = True
 
     def __init__(
         self,
@@ -120,28 +154,59 @@ class Recording:
         entries: Sequence[Entry],
         camera: Camera | None = None,
         *,
-        depth_scale: float = 0.001,
-        label_values: LabelValues = GROUND_TRUTH_VALUES,
+        depth_form: DepthForm = MILLIMETRES,
+        depth_camera: DepthCamera | None = None,
+        label_values: LabelValues | None = None,
+        labels: LabelValues | None = None,
         remarks: Sequence[str] = (),
+        reasons: Sequence[str] = (),
     ) -> None:
         check_unique_ids(path, entries)
         self.path = path
         self.entries = tuple(entries)
-        self.camera = camera
-        self.depth_scale = depth_scale
-        self.label_values = label_values
-        self.remarks = tuple(remarks)
+        self.depth_form = depth_form
+        self.depth_camera = depth_camera
+        self.min_confidence = USUAL_CONFIDENCE
+        self.labels = labels
+        self.label_values = label_values or GROUND_TRUTH_VALUES
+        self.mask_fault: DataError | None = None
+        self.reasons = tuple(filter(None, (self.evidence, *reasons)))
         self.ids = tuple(entry.id for entry in self.entries)
-        self.poses = tuple(entry.T_world_camera for entry in self.entries)
-        self.size = image_size(path, [entry.rgb for entry in self.entries])
+        self.poses = self._colour_poses()
+        self.size = image_size(path, [entry.rgb for entry in self.entries], self.read_rgb)
+        self.camera = None if camera is None else fit_camera(path, camera, self.size)
+        self._intrinsics_size = self.size if camera is None else (camera.width, camera.height)
+        self.depth_size: tuple[int, int] | None = None
+        self._has_floats = False
         if camera is not None:
-            check_image_size(path, camera, self.size)
-            check_depth_bits([entry.depth for entry in self.entries if entry.depth])
+            depth_files = [entry.depth for entry in self.entries if entry.depth]
+            raw = first_depth(depth_files)
+            if raw is not None:
+                self.depth_size = raw.shape[1], raw.shape[0]
+                self._has_floats = raw.dtype.kind == "f"
+        self.remarks_on_files = tuple(remarks)
+        if label_values is None:
+            self._judge_masks()
 
     @property
     def has_depth(self) -> bool:
         """Tell whether frames carry depth."""
         return self.camera is not None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Say how the files were read, as far as their owner should know."""
+        return (*self.remarks_on_files, *self._remarks_on_depth())
+
+    @property
+    def has_confidence(self) -> bool:
+        """Tell whether frames say how sure their depth is."""
+        return any(entry.confidence for entry in self.entries)
+
+    @property
+    def depth_scale(self) -> float:
+        """Return metres per unit of depth."""
+        return self.depth_form.float_scale if self._has_floats else self.depth_form.scale
 
     def __len__(self) -> int:
         return len(self.entries)
@@ -152,18 +217,24 @@ class Recording:
         rgb = self._attempt(lambda: self._read_rgb(entry.rgb), problems)
         depth = None
         if self.camera is not None:
-            depth = self._attempt(lambda: self._read_depth(entry.depth), problems)
+            depth = self._attempt(lambda: self._read_depth(entry), problems)
             if depth is None:
                 depth = np.full(self.size[::-1], np.nan, np.float32)
         return Frame(
             id=entry.id,
             rgb=np.zeros((*self.size[::-1], 3), np.uint8) if rgb is None else rgb,
             depth=depth,
-            camera=self.camera,
-            T_world_camera=entry.T_world_camera,
+            camera=self.camera_of(entry),
+            T_world_camera=self.poses[index],
             stamp_ns=entry.stamp_ns,
             problem="; ".join(problems) or None,
         )
+
+    def camera_of(self, entry: Entry) -> Camera | None:
+        """Return the intrinsics of a frame's colour image."""
+        if self.camera is None or entry.camera is None:
+            return self.camera
+        return scaled_camera(entry.camera, self.size)
 
     def has_ground_truth(self, index: int) -> bool:
         """Tell whether there is a ground-truth file for the frame."""
@@ -172,56 +243,147 @@ class Recording:
     def ground_truth(self, index: int) -> GroundTruth | None:
         """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none.
 
-        Raises `DataError` where the file is damaged or not of the colour image's size.
+        Raises `DataError` where the file is damaged or not of the colour image's size, and where
+        the masks together have no meaning (`mask_fault`).
         """
         path = self.entries[index].ground_truth
-        return None if path is None else self.label_values.to_ground_truth(self.read_truth(path))
+        if path is None:
+            return None
+        if self.mask_fault is not None:
+            raise self.mask_fault
+        read = read_mask if self.label_values == GROUND_TRUTH_VALUES else read_numbers
+        return self.label_values.to_ground_truth(self.read_truth(path, read))
 
     def with_ground_truth(self, folder: Path) -> Self:
         """Return the same recording with its ground truth read from `folder/<id>.png`."""
         if not folder.is_dir():
             raise DataError(folder, "is not a folder", "give a folder of <frame id>.png")
-        files = [folder / f"{id}.png" for id in self.ids]
-        if not any(file.is_file() for file in files):
-            raise DataError(
-                folder, "holds ground truth for no frame", f"name files such as {self.ids[0]}.png"
-            )
+        files = [_mask_of(folder, id) for id in self.ids]
+        if not any(files):
+            held = next(iter(find_masks(folder).values()), None)
+            found = "holds ground truth for no frame" + (f", but {held.name}" if held else "")
+            raise DataError(folder, found, f"name files such as {self.ids[0]}.png")
         other = copy.copy(self)
-        other.label_values = GROUND_TRUTH_VALUES
         other.entries = tuple(
-            replace(entry, ground_truth=file if file.is_file() else None)
+            replace(entry, ground_truth=file)
             for entry, file in zip(self.entries, files, strict=True)
         )
+        other._judge_masks()
+        if other.mask_fault is not None:
+            raise other.mask_fault
+        return other
+
+    def read_as(self, reading: Reading) -> Self:
+        """Return the same recording, read as its owner says; `fix_units` is not done here."""
+        other = copy.copy(self)
+        if reading.depth_scale:
+            other.depth_form = replace(
+                self.depth_form,
+                scale=reading.depth_scale,
+                float_scale=reading.depth_scale,
+                is_assumed=False,
+            )
+        if reading.min_confidence >= 0:
+            other.min_confidence = reading.min_confidence
+        if reading.invert_poses:
+            other.entries = tuple(map(_with_inverted_pose, self.entries))
+        if reading.depth_camera and self.camera is not None:
+            other.depth_camera = read_depth_camera(Path(reading.depth_camera), self.depth_size)
+            other.camera = with_window(self.path, self.camera, other.depth_camera)
+        other.poses = other._colour_poses()
         return other
 
     def read_depth(self, path: Path) -> Depth:
-        """Read depth registered to the colour image, (H, W) float32 metres; `UnreadableFile`."""
-        return read_depth(path, self.depth_scale)
+        """Read depth as it was recorded, (h, w) float32 metres; raises `UnreadableFile`."""
+        return read_depth(path, self.depth_form)
 
-    def read_truth(self, path: Path) -> npt.NDArray[Any]:
-        """Read an annotated image, (H, W) as stored; `DataError` where it is no good."""
+    def read_rgb(self, path: Path) -> Rgb:
+        """Read a colour image, (H, W, 3) uint8; raises `UnreadableFile`."""
+        return read_rgb(path, is_turned=self.is_turned)
+
+    def read_truth(
+        self, path: Path, read: Callable[..., npt.NDArray[Any]] = read_numbers
+    ) -> npt.NDArray[Any]:
+        """Read an annotated image, (H, W) as `read` does; `DataError` where it is no good."""
         try:
-            values = read_grey(path)
+            values = read(path, is_turned=self.is_turned)
         except UnreadableFile as fault:
             raise DataError(path, str(fault), "replace or delete it") from None
         width, height = self.size
         if values.shape != (height, width):
-            found = f"is {values.shape[1]}x{values.shape[0]}"
+            found = f"is {values.shape[1]}x{values.shape[0]}, not {width}x{height}"
             raise DataError(path, found, f"make it {width}x{height} like the colour images")
         return values
 
+    def _colour_poses(self) -> tuple[Pose | None, ...]:
+        """Return (4, 4) camera-to-world of the colour camera for each frame, None = unknown."""
+        poses = tuple(entry.T_world_camera for entry in self.entries)
+        if self.depth_camera is None or not self.depth_camera.has_the_poses:
+            return poses
+        T_depth_colour = np.linalg.inv(self.depth_camera.T_colour_depth)
+        return tuple(None if pose is None else pose @ T_depth_colour for pose in poses)
+
+    def _judge_masks(self) -> None:
+        """Find out what the values of the masks mean; see `mask_fault`."""
+        files = [entry.ground_truth for entry in self.entries if entry.ground_truth]
+        remarks: list[str] = []
+        self.label_values, self.mask_fault = GROUND_TRUTH_VALUES, None
+        try:
+            self.label_values = judge_masks(
+                files,
+                self.labels,
+                remarks,
+                is_turned=self.is_turned,
+                may_be_labelled=self.masks_may_be_labelled,
+            )
+        except DataError as fault:
+            self.mask_fault = fault
+        self.remarks_on_files = (*self.remarks_on_files, *remarks)
+
     def _read_rgb(self, path: Path) -> Rgb:
-        rgb = read_rgb(path)
+        rgb = self.read_rgb(path)
         if self.camera is not None:
             check_frame_size(path, rgb.shape, self.size)
         return rgb
 
-    def _read_depth(self, path: Path | None) -> Depth:
-        if path is None:
+    def _read_depth(self, entry: Entry) -> Depth:
+        """Read a frame's depth as the colour camera sees it."""
+        if entry.depth is None:
             raise UnreadableFile("there is no depth image")
-        depth = self.read_depth(path)
-        check_frame_size(path, depth.shape, self.size)
-        return depth
+        depth = self.read_depth(entry.depth)
+        if self.depth_size is not None:
+            check_frame_size(entry.depth, depth.shape, self.depth_size)
+        if entry.confidence is not None and self.min_confidence > 0:
+            confidence = fit_to(read_grey(entry.confidence), depth.shape[1::-1])
+            depth[confidence < self.min_confidence] = np.nan
+        if self.depth_camera is not None:
+            camera = self.camera_of(entry)
+            assert camera is not None
+            return self.depth_camera.registered(depth, camera)
+        if not has_shape_of(depth.shape[1::-1], self.size):
+            size, colour = f"{depth.shape[1]}x{depth.shape[0]}", f"{self.size[0]}x{self.size[1]}"
+            raise UnreadableFile(
+                f"{entry.depth.name} is {size} where colour is {colour}, another shape: depth is "
+                "not registered to colour (--depth-camera FILE can say how it is)"
+            )
+        return fit_to(depth, self.size)
+
+    def _remarks_on_depth(self) -> Iterator[str]:
+        """Say in what unit depth is taken to be, and where sizes are brought together."""
+        if self.camera is None:
+            return
+        colour = f"{self.size[0]}x{self.size[1]}"
+        if self._intrinsics_size != self.size:
+            width, height = self._intrinsics_size
+            yield f"its intrinsics are for {width}x{height}: scaled to {colour}"
+        if self.depth_form.is_assumed:
+            unit = UNITS.get(self.depth_scale, f"{self.depth_scale:.6g} m")
+            yield f"no file says the unit of depth: {unit} is taken"
+        if self.depth_size is None or self.depth_camera is not None:
+            return
+        if self.depth_size != self.size and has_shape_of(self.depth_size, self.size):
+            width, height = self.depth_size
+            yield f"depth is {width}x{height}: brought to {colour} like colour, nearest reading"
 
     @staticmethod
     def _attempt(read: Callable[[], Image], problems: list[str]) -> Image | None:
@@ -230,6 +392,11 @@ class Recording:
         except UnreadableFile as fault:
             problems.append(str(fault))
             return None
+
+
+def _mask_of(folder: Path, id: str) -> Path | None:
+    files = (folder / f"{id}{ending}" for ending in MASK_ENDINGS)
+    return next((file for file in files if file.is_file()), None)
 
 
 def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
@@ -242,78 +409,7 @@ def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
         rgb_of_id[entry.id] = entry.rgb
 
 
-def assume_camera(
-    path: Path,
-    entries: Sequence[Entry],
-    camera: Camera,
-    depth_scale: float,
-    remarks: list[str],
-    remark: str = "the usual intrinsics of a Kinect are assumed",
-) -> CameraFile:
-    """Return what a data set is known for, where it has no `camera.json`, and remark on it.
-
-    camera: is scaled to the size of the images. depth_scale: metres per unit.
-    """
-    remarks.append(f"no camera.json: {remark}")
-    size = image_size(path, [entry.rgb for entry in entries])
-    return CameraFile(scaled_camera(camera, size), depth_scale)
-
-
-def image_size(path: Path, images: Sequence[Path]) -> tuple[int, int]:
-    """Return (width, height) of the first colour image that can be read; `DataError` if none."""
-    if not images:
-        raise DataError(path, "holds no colour images", "check that the recording is complete")
-    size = first_size(images, read_rgb)
-    if size is None:
-        found = f"none of the {len(images)} colour images can be read"
-        raise DataError(path, found, "copy the recording again")
-    return size
-
-
-def first_size(
-    paths: Iterable[Path], read: Callable[[Path], Rgb | Depth]
-) -> tuple[int, int] | None:
-    """Return (width, height) of the first image that can be read; None if none can."""
-    for path in paths:
-        try:
-            shape = read(path).shape
-        except UnreadableFile:
-            continue
-        return shape[1], shape[0]
-    return None
-
-
-def check_image_size(path: Path, camera: Camera, size: tuple[int, int]) -> None:
-    """Raise `DataError` where the intrinsics are for another size than the images have."""
-    if (camera.width, camera.height) != size:
-        raise DataError(
-            path,
-            f"its intrinsics are for {camera.width}x{camera.height} images, "
-            f"but the images are {size[0]}x{size[1]}",
-            "correct camera.json",
-        )
-
-
-def check_depth_bits(images: Iterable[Path]) -> None:
-    """Raise `DataError` where depth has 8 bits a pixel and no image has the 16 it needs."""
-    eight_bit = None
-    for path in images:
-        try:
-            read_depth(path, 1.0)
-        except EightBitDepth:
-            eight_bit = eight_bit or path
-        except UnreadableFile:
-            continue
-        else:
-            return
-    if eight_bit:
-        remedy = "export 16-bit PNG: distances cannot be recovered from 8 bits"
-        raise DataError(eight_bit, "is depth of 8 bits a pixel, like all of it here", remedy)
-
-
-def check_frame_size(path: Path, shape: Sequence[int], size: tuple[int, int]) -> None:
-    """Raise `UnreadableFile` where an image is not (width, height) as the others are."""
-    if (shape[1], shape[0]) != size:
-        raise UnreadableFile(
-            f"{path.name} is {shape[1]}x{shape[0]}, not {size[0]}x{size[1]} as the recording"
-        )
+def _with_inverted_pose(entry: Entry) -> Entry:
+    if entry.T_world_camera is None:
+        return entry
+    return replace(entry, T_world_camera=np.linalg.inv(entry.T_world_camera).astype(np.float64))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,8 +17,10 @@ from curiosight.errors import DataError
 from curiosight.frame import Pose, is_rigid
 
 MAX_GAP_NS = 500_000_000
-NS_PER_SECOND = 1_000_000_000
 MAX_STAMP_NS = np.iinfo(np.int64).max
+# Digits of a number that cannot be seconds, for that would be after the year 5000, and the
+# decimals that its own unit has down to nanoseconds: nano-, micro- and milliseconds.
+CLOCKS = ((18, 0), (15, 3), (12, 6))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +84,7 @@ class Trajectory:
 def read_pose(path: Path) -> Pose:
     """Read a 4x4 matrix; raise `UnreadableFile` where it is no rigid pose."""
     try:
-        numbers = [float(word) for word in path.read_text(encoding="utf-8").split()]
+        numbers = [float(word) for word in path.read_text(encoding="utf-8-sig").split()]
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
     except (OSError, ValueError):
@@ -99,25 +102,55 @@ def read_pose(path: Path) -> Pose:
 def parse_stamp(text: str) -> int:
     """Turn seconds into nanoseconds exactly, as floats cannot; ValueError if no such time.
 
-    >>> parse_stamp("1305031229.528748")
+    A number too large for seconds is of milli-, micro- or nanoseconds, see `CLOCKS`.
+
+    >>> parse_stamp("1305031229.528748"), parse_stamp("1.305031229528748e+09")
+    (1305031229528748000, 1305031229528748000)
+    >>> parse_stamp("1305031229528748000")
     1305031229528748000
     """
-    match = re.fullmatch(r"(\d+)(?:\.(\d*))?", text)
+    match = re.fullmatch(r"(\d+)(?:\.(\d*))?(?:[eE]([+-]?\d{1,2}))?", text)
     if match is None:
         raise ValueError(f"text: expected seconds such as 1305031229.528748, got {text!r}")
-    stamp_ns = int(match[1]) * NS_PER_SECOND + int((match[2] or "")[:9].ljust(9, "0"))
+    whole, fraction = match[1], match[2] or ""
+    digits = (whole + fraction).lstrip("0")
+    n_whole = len(digits) - len(fraction) + int(match[3] or 0)
+    n_decimals = _decimals(n_whole)
+    n_digits = n_whole + n_decimals
+    # Longer numbers are no times, and Python refuses to read the longest.
+    stamp_ns = MAX_STAMP_NS + 1 if n_digits > 19 else _leading(digits, n_digits)
     if stamp_ns > MAX_STAMP_NS:
-        raise ValueError(f"text: expected seconds, got {text!r}: are these nanoseconds?")
+        raise ValueError(f"text: expected seconds, got {text!r}")
     return stamp_ns
+
+
+def _decimals(n_whole: int) -> int:
+    """Return how many decimals make nanoseconds of a number with so many digits before them."""
+    for n_digits_of_clock, n_decimals in CLOCKS:
+        if n_whole >= n_digits_of_clock:
+            return n_decimals
+    return 9
+
+
+def _leading(digits: str, count: int) -> int:
+    """Return the first digits as a number, or 0 where the decimal point is before them all."""
+    return int(digits[:count].ljust(count, "0")) if count > 0 and digits else 0
+
+
+def text_lines(path: Path) -> list[str]:
+    """Read the lines of a text file, as any system ends and encodes them; `DataError`."""
+    try:
+        content = path.read_bytes()
+        is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        text = content.decode("utf-16" if is_wide else "utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(path, f"cannot be read as text ({error})", "replace the file") from None
+    return re.split(r"\r\n|\r|\n", text)
 
 
 def table_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Yield line numbers and words of a text table, without comments and blank lines."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(path, f"cannot be read as text ({error})", "replace the file") from None
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(text_lines(path), start=1):
         words = line.partition("#")[0].replace(",", " ").split()
         if words:
             yield number, words

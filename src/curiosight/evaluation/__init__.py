@@ -14,7 +14,7 @@ from curiosight.evaluation.score_histograms import (
     roc_auc,
     score_histogram,
 )
-from curiosight.evaluation.split import SplitKind, every_nth, make_folds
+from curiosight.evaluation.split import SplitKind, away_from, every_nth, make_folds
 from curiosight.evaluation.teacher_counts import (
     TeacherCounts,
     missed_by_reason,
@@ -40,6 +40,7 @@ __all__ = [
     "TeacherCounts",
     "TeacherScores",
     "average_precision",
+    "away_from",
     "bootstrap_interval",
     "every_nth",
     "instance_table",

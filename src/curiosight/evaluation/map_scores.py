@@ -97,12 +97,23 @@ class MapScores:
         return self._pools[part].ranking()
 
     def table(self) -> dict[str, Any]:
-        """Return everything as JSON-able numbers; None where a number has no meaning."""
+        """Return everything as JSON-able numbers; None where a number has no meaning.
+
+        overall_error: the mean over the `frames_scored` of `n_frames` that show anything salient:
+        the others have no F1, as in the authors' code. What is marked in those counts in
+        pooled_error, 1 - F1 of all frames' pixels together at the learner's threshold.
+        """
         means = {part: self._means(part) for part in PARTS}
+        pooled = {part: _numbers(self.ranking(part)) for part in PARTS}
+        f1 = pooled["all"]["f1"]
+        if self._threshold != 0.5:
+            f1 = self._pools["all"].ranking(threshold=self._threshold).f1
         return {
             "n_frames": len(self.frames),
             "overall_error": means["all"]["overall_error"],
-            "pooled": {part: _numbers(self.ranking(part)) for part in PARTS},
+            "frames_scored": means["all"]["frames_scored"],
+            "pooled_error": None if f1 is None else 1 - f1,
+            "pooled": pooled,
             "mean_per_frame": means,
             "per_frame": [
                 {"id": id} | {part: asdict(score) for part, score in scores.items()}
@@ -110,12 +121,15 @@ class MapScores:
             ],
         }
 
-    def _means(self, part: str) -> dict[str, float | None]:
+    def _means(self, part: str) -> dict[str, float | int | None]:
         """Return the means over the frames where a figure has a meaning."""
         scores = [scores[part] for _, scores in self.frames if part in scores]
         names = ("roc_auc", "average_precision", "best_f1", "f1")
-        means = {name: _mean([getattr(score, name) for score in scores]) for name in names}
-        return means | {"overall_error": _mean([score.error for score in scores])}
+        means: dict[str, float | int | None] = {
+            name: _mean([getattr(score, name) for score in scores]) for name in names
+        }
+        errors = [score.error for score in scores if score.error is not None]
+        return means | {"overall_error": _mean([*errors]), "frames_scored": len(errors)}
 
 
 def _score_frame(

@@ -26,7 +26,7 @@ def every_nth(n_frames: int, every: int, *, gap: int = 3) -> Split:
             f"got {n_frames}"
         )
     test = np.arange(0, n_frames, every)
-    training = _away_from(test, n_frames, gap)
+    training = away_from(test, n_frames, gap)
     if len(training) == 0:
         raise ValueError(
             f"test-every: expected more than {2 * gap + 1} for {n_frames} frames with a gap of "
@@ -53,7 +53,7 @@ def make_folds(
     if kind == "frames":
         order, gap = rng.permutation(n_frames), 0
     parts = [np.sort(part) for part in np.array_split(order, n_folds)]
-    splits = [(_away_from(test, n_frames, gap), test) for test in parts]
+    splits = [(away_from(test, n_frames, gap), test) for test in parts]
     if not all(len(training) for training, _ in splits):
         raise ValueError(
             f"gap: expected less for {n_folds} blocks of {n_frames} frames, or a fold has "
@@ -62,7 +62,7 @@ def make_folds(
     return splits
 
 
-def _away_from(test: Indices, n_frames: int, gap: int) -> Indices:
+def away_from(test: Indices, n_frames: int, gap: int) -> Indices:
     """Return the frames farther than `gap` from every test frame."""
     is_near = np.zeros(n_frames, np.bool_)
     for offset in range(-gap, gap + 1):

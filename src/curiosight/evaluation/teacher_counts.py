@@ -44,8 +44,11 @@ class TeacherCounts:
 
     @property
     def precision(self) -> float:
-        """Share of the pixels labelled salient that are; NaN when none is labelled so."""
-        return _ratio(self.n_salient_right, self.n_salient)
+        """Share of the pixels labelled salient that are; NaN when none is, or none is labelled so.
+
+        Where truth marks no object at all, it is not known to look for objects.
+        """
+        return _ratio(self.n_salient_right, self.n_salient if self.n_object else 0)
 
     @property
     def recall(self) -> float:

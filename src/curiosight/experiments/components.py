@@ -35,7 +35,7 @@ def survey_dataset(config: Config, dataset: Dataset) -> Survey:
     Raises `DataError` where it has no frame that can be used, or no depth, unless the settings
     name another teacher.
     """
-    return _survey(config, _survey_frames(config, dataset))
+    return survey_frames(config, _survey_frames(config, dataset))
 
 
 def make_teacher(
@@ -53,11 +53,12 @@ def make_teacher(
     if temporal and pipeline == "paper":
         raise ValueError("temporal: expected the pipeline 'default', got 'paper'")
     if source != "depth":
-        return open_teacher(source)
+        is_turned = getattr(dataset, "is_turned", False)
+        return open_teacher(source, dataset.ids, is_turned=is_turned)
     frames: Iterable[Frame] = _survey_frames(config, dataset)
     if temporal:
         frames = list(frames)
-    survey = survey or _survey(config, frames)
+    survey = survey or survey_frames(config, frames)
     if pipeline == "paper":
         return PaperTeacher(survey.scene, config.paper_segmentation)
     teacher = Teacher(survey, config.segmentation)
@@ -68,7 +69,8 @@ def make_teacher(
     return remembering
 
 
-def _survey(config: Config, frames: Iterable[Frame]) -> Survey:
+def survey_frames(config: Config, frames: Iterable[Frame]) -> Survey:
+    """Return what frames tell together, as the settings ask."""
     return survey_recording(frames, config.segmentation, scene=config.teacher.scene)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from curiosight.experiments.output import OutputFolder
 from curiosight.learner.learner import Saliency
 from curiosight.rooms import Look, RoomSettings, RoomViews, draw_room
 
+DEMO = "demo.json"
 N_VIEWS = 160
 N_TEST_VIEWS = 30
 BASELINE = "fine-grained (OpenCV)"
@@ -34,9 +35,17 @@ class Demonstration:
     """Learn in a room with curiosity, then be tested in the same room after a move.
 
     views: of the room, see `draw_demo_room`; its arrangement is the one to learn from.
+    leftovers: see `Exploration`.
     """
 
-    def __init__(self, config: Config, views: RoomViews, out: OutputFolder) -> None:
+    def __init__(
+        self,
+        config: Config,
+        views: RoomViews,
+        out: OutputFolder,
+        *,
+        leftovers: Sequence[str] = (),
+    ) -> None:
         self._started = time.perf_counter()
         self._out = out
         self._views = views
@@ -44,7 +53,11 @@ class Demonstration:
         self.rearranged = RoomViews(moved).test_views(N_TEST_VIEWS)
         # Last, as it begins to write: what ends before it leaves no folder behind.
         self.exploration = Exploration(
-            config, views, out, test_source=views.test_views(N_TEST_VIEWS)
+            config,
+            views,
+            out,
+            test_source=views.test_views(N_TEST_VIEWS),
+            leftovers=(DEMO, *leftovers),
         )
         max_range = config.max_range
         self._scores = MapScores(max_range=max_range, threshold=self.exploration.learner.threshold)
@@ -64,19 +77,22 @@ class Demonstration:
     def finish(self) -> dict[str, Any]:
         """Write everything that was measured so far; return it."""
         explored = self.exploration.finish()
+        scores = self._scores.table()
         summary = {
             "room": self._views.path,
             "rearranged": self.rearranged.path,
             "explored": explored,
             "overall_error_before_move": explored["overall_error"],
             "views_after_move": self._n_tested,
-            "overall_error_after_move": self._scores.table()["overall_error"],
+            "overall_error_after_move": scores["overall_error"],
+            "frames_scored_after_move": scores["frames_scored"],
+            "pooled_error_after_move": scores["pooled_error"],
             "roc_auc_after_move": _aucs(self._scores),
             "baseline": BASELINE,
             "baseline_roc_auc_after_move": _aucs(self._baseline_scores),
             "seconds": round(time.perf_counter() - self._started, 2),
         }
-        self._out.write_json("demo.json", summary)
+        self._out.write_json(DEMO, summary)
         return summary
 
 

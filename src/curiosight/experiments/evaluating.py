@@ -80,6 +80,8 @@ class CrossValidation:
 
     Every fold learns off-line (see `OffLine`) from the teacher's labels alone; frames are
     tested against ground truth where the recording has any.
+
+    n_untrained: the folds so far that learned nothing, and score as an untrained model does.
     """
 
     def __init__(
@@ -103,6 +105,7 @@ class CrossValidation:
         self.comparison = _compare(config, methods, self.truth, self.learner)
         self.scores = _scores(self.comparison, config, self.learner)
         self.problems = self.off_line.problems
+        self.n_untrained = 0
 
     @property
     def learner(self) -> SaliencyLearner:
@@ -118,6 +121,7 @@ class CrossValidation:
         yield from self.off_line
         for training, test in self.folds:
             learner = self.off_line.fit(training.tolist())
+            self.n_untrained += not learner.forest.is_trained
             tested = tuple(sorted(set(self.truth.indices) & set(test.tolist())))
             part = replace(self.truth, indices=tested)
             yield from _score(self.scores, learner, part, self.problems, self.comparison)
@@ -131,6 +135,8 @@ class CrossValidation:
             "split": self.split,
             "preset": self.config.preset,
             "seed": self.config.run.seed,
+            "taught_nothing": self.off_line.lessons.summary(),
+            "folds_that_learned_nothing": self.n_untrained,
             **_checked(self.scores, self.dataset),
             **_of_methods(self.comparison),
         }

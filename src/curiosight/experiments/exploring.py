@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.evaluation import HeldOut, every_nth
+from curiosight.evaluation import HeldOut, away_from, every_nth
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
@@ -26,17 +27,24 @@ from curiosight.experiments.components import (
     place,
     survey_dataset,
 )
+from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder, TableFile
-from curiosight.experiments.problems import Problems
+from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.stopwatch import Stopwatch
-from curiosight.experiments.truth import Truth, find_truth
+from curiosight.experiments.truth import Truth, find_truth, spread
 from curiosight.explore import Step, explore
+from curiosight.explorer import Regions
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
 from curiosight.rooms.views import RoomViews
 from curiosight.worlds import Odometer
 
 N_ROOM_TEST_VIEWS = 40
+# Where testing was not asked for: of the frames, those that must be left to learn from if the
+# frames with ground truth are to be kept out of learning.
+LEAST_TO_LEARN = 0.5
+# Files that a run under way may find of an earlier one; others it replaces at its start.
+RESULTS = (MODEL, "summary.json")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +65,18 @@ class StepRow:
 class Exploration:
     """One exploration of a recording or a room, written to a folder while it runs.
 
-    test_source: another recording to test on, instead of the settings' `test.every`; a room
-        is tested on views of its own unless either is given.
+    test_source: another recording to test on, instead of the settings' `test.every`. Where
+        neither is given a room is tested on views of its own, and a recording on its frames with
+        ground truth; these and their neighbours (`test.gap`) are not learned from, unless that
+        would leave too few others (`LEAST_TO_LEARN`).
     continued: a model to go on with, see `load_run_model`; its features and forest replace
         those of the settings.
+    keeping: when the model is written while the run is under way; None = as `Keeping` does.
+    leftovers: what an earlier run may have written to the folder beside `RESULTS`; removed when
+        this one begins to write.
+    is_test_asked: for by settings or `test_source`, or by the room.
+    unused_truth: why the ground truth of the recording cannot be tested against, where it was
+        not asked for; None = it can, or there is none.
     """
 
     def __init__(
@@ -71,17 +87,21 @@ class Exploration:
         *,
         test_source: Dataset | None = None,
         continued: Path | None = None,
+        keeping: Keeping | None = None,
+        leftovers: Sequence[str] = (),
     ) -> None:
         self.dataset = dataset
         self.out = out
         self.rows: list[StepRow] = []
         self.problems = Problems()
+        self.lessons = Lessons()
+        self._n_regrown = 0
+        self.unused_truth: str | None = None
         self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
         if test_source is None and not config.test.every and isinstance(dataset, RoomViews):
             test_source = dataset.test_views(N_ROOM_TEST_VIEWS)
-        training, test = _split(config, dataset, test_source)
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
         self.regions = choose_regions(config, dataset, self.survey)
@@ -90,15 +110,14 @@ class Exploration:
         else:
             self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
+        training = self._choose_tests(test_source)
         self.world = make_world(config, dataset, self.regions, training)
         self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
         self.world.upcoming = self._strategy.upcoming
-        self.truth = self._find_truth(test_source, test)
-        self.n_learned = count_learned(self.learner, self.truth.dataset, self.truth.indices)
-        self.test_problems = Problems()
-        self.held_out = HeldOut(self.learner, self.truth.labelled_frames(self.test_problems))
         self.stopwatch = self._watch()
         self._odometer = Odometer()
+        self._keeping = keeping or Keeping()
+        self._remove_old(leftovers)
         out.write_text("config.toml", to_toml(config))
         self._steps_file = TableFile(out.file("steps.csv"), [f.name for f in fields(StepRow)])
         self._times_file = TableFile(out.file("timings.csv"), ["step", *self.stopwatch.stages])
@@ -111,6 +130,7 @@ class Exploration:
             self.rows.append(row)
             self._steps_file.add(asdict(row))
             self._times_file.add({"step": step.index, **self.stopwatch.lap()})
+            self._keep()
             yield step, row
 
     def finish(self) -> dict[str, Any]:
@@ -118,11 +138,67 @@ class Exploration:
         self._steps_file.close()
         self._times_file.close()
         self.world.close()
-        note_frames(self.learner, self.dataset, {row.id for row in self.rows})
-        self.learner.save(self.out.file(MODEL))
+        self._save(is_packed=True)
         summary = self._summary()
         self.out.write_json("summary.json", summary)
         return summary
+
+    @property
+    def n_learned(self) -> int:
+        """How many of the test frames the model knows from learning, in this run or before."""
+        return count_learned(self.learner, self.truth.dataset, self.truth.indices)
+
+    @property
+    def is_tested_on_learned(self) -> bool:
+        """Tell whether frames that are tested on are within reach of learning."""
+        views = {view.index for view in self.world.views}
+        return self.truth.dataset is self.dataset and not views.isdisjoint(self.truth.indices)
+
+    @property
+    def has_learned(self) -> bool:
+        """Tell whether the looks so far changed what the model says."""
+        return self._n_regrown > 0
+
+    def _keep(self) -> None:
+        """Write the model if it is time to; where that fails the end of the run will say so."""
+        if self._keeping.is_due():
+            with self._keeping.writing(), suppress(DataError):
+                self._save(is_packed=False)
+
+    def _save(self, *, is_packed: bool) -> None:
+        note_frames(self.learner, self.dataset, {row.id for row in self.rows})
+        self.learner.save(self.out.file(MODEL), is_packed=is_packed)
+
+    def _remove_old(self, leftovers: Sequence[str]) -> None:
+        """Remove an earlier run's results, which would pass for this one's until it ends.
+
+        The model that this run goes on with stays until there is a newer one.
+        """
+        names = {*RESULTS, *leftovers}
+        model = self.out.path / MODEL
+        if self._continued is not None and self._continued.resolve() == model.resolve():
+            names.remove(MODEL)
+        self.out.remove(sorted(names))
+
+    def _choose_tests(self, test_source: Dataset | None) -> Sequence[int]:
+        """Set up what is tested on, and return the frames to learn from."""
+        self.is_test_asked = test_source is not None or self.config.test.every > 0
+        training, test = _split(self.config, self.dataset, self.regions, test_source)
+        truth = self._find_truth(test_source, test)
+        try:
+            self._test_on(truth)
+        except DataError as error:
+            if self.is_test_asked:
+                raise
+            self.unused_truth = error.found
+            self._test_on(Truth("nothing", self.dataset, (), None))
+            return range(len(self.dataset))
+        return training
+
+    def _test_on(self, truth: Truth) -> None:
+        self.truth = truth
+        self.test_problems = Problems()
+        self.held_out = HeldOut(self.learner, truth.labelled_frames(self.test_problems))
 
     def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
         max_frames = self.config.test.max_frames
@@ -147,6 +223,8 @@ class Exploration:
         """Return the step's row; count what was wrong with its frame."""
         observation = step.observation
         self.problems.add(observation.frame, observation.segmentation.problem)
+        self.lessons.add(observation.frame, observation.segmentation)
+        self._n_regrown += len(observation.regrown)
         self._odometer.add(step.viewpoint.T_world_camera)
         return StepRow(
             step=step.index,
@@ -175,6 +253,9 @@ class Exploration:
             "distinct_frames": len({row.id for row in self.rows}),
             "training_frames": len(self.world.views),
             "overall_error": last.overall_error if last else None,
+            "frames_scored": self.held_out.n_frames,
+            "frames_tested": self.held_out.n_given,
+            "pooled_error": self.held_out.pooled_error(),
             "tested_on": self.truth.kind,
             "test_source": place(self.truth.dataset) if self.truth.indices else None,
             "test_frames": self.held_out.n_frames,
@@ -182,6 +263,7 @@ class Exploration:
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),
+            "taught_nothing": self.lessons.summary(),
             "test_frames_learned": self.n_learned,
             "test_problems": self.test_problems.counts(),
             "stages": self.stopwatch.summary(),
@@ -197,10 +279,18 @@ def load_run_model(run: Path) -> Path:
 
 
 def _split(
-    config: Config, dataset: Dataset, test_source: Dataset | None
+    config: Config, dataset: Dataset, regions: Regions, test_source: Dataset | None
 ) -> tuple[Sequence[int], Sequence[int]]:
-    """Return the frames to learn from and to test on."""
-    if config.test.every and test_source is None:
+    """Return the frames to learn from and to test on, as `Exploration` says."""
+    if test_source is not None:
+        return range(len(dataset)), []
+    if config.test.every:
         training, test = every_nth(len(dataset), config.test.every, gap=config.test.gap)
         return training.tolist(), test.tolist()
-    return range(len(dataset)), []
+    with_truth = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
+    test = np.array(spread(with_truth, config.test.max_frames), np.int64)
+    is_within_reach = np.array(regions.of_view) >= 0
+    training = away_from(test, len(dataset), config.test.gap)
+    if is_within_reach[training].sum() < LEAST_TO_LEARN * is_within_reach.sum():
+        training = np.arange(len(dataset))
+    return training.tolist(), test.tolist()

@@ -8,7 +8,7 @@ import io
 import itertools
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -60,6 +60,16 @@ class OutputFolder:
         if not is_encoded:
             raise ValueError(f"name: expected an image's ending, got {name!r}")
         replace_file(self.file(name), encoded.tobytes())
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Remove files of an earlier run that this one will write later, or not at all.
+
+        What lies beside them stays: the folder may hold a user's own files.
+        """
+        for name in names:
+            path = self.path / name
+            with writing(path):
+                path.unlink(missing_ok=True)
 
     def file(self, name: str) -> Path:
         """Return the path of a file inside, its folder made."""

@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
-from curiosight.frame import Frame
+from curiosight.frame import Frame, Label
+from curiosight.teacher import Segmentation
 
 BAD_FRAME = "bad frame"
+NOTHING_KNOWN = "every pixel unknown"
+NO_OBJECT = "no object"
+NO_SURROUNDINGS = "no surroundings"
+# Of the looks; where more taught nothing, something is likely to be wrong with the recording.
+MANY = 0.5
+
+_SEE = "see `curiosight segment SOURCE --reasons`"
+_UNIT = "check the unit of depth (`curiosight info SOURCE`, depth_scale in camera.json)"
+_SCENE = "try --scene floor and --scene table"
+_REMEDIES = {
+    BAD_FRAME: "mend or leave out the files that are named",
+    NOTHING_KNOWN: f"{_SEE}; {_UNIT}; depth teaches within a few metres only",
+    NO_OBJECT: f"{_SEE}; things must stand free and whole in view; {_SCENE}; {_UNIT}",
+    NO_SURROUNDINGS: f"{_SEE}; something that is no object must be in view; {_SCENE}",
+    "no depth": "give depth, or a teacher of another kind (--teacher masks:… or boxes:…)",
+    "no reading": "the depth images are empty: mend or leave out these frames",
+    "in view": f"{_SEE}; a table or the floor must be in view and the camera upright; {_SCENE}; "
+    f"{_UNIT}",
+    "mask": "give a mask <id>.png of the image's size for every frame",
+    "name this frame": "name the images of the boxes as the frames are named",
+}
 
 
 class Problems:
@@ -34,3 +58,79 @@ class Problems:
         for problem, frames in sorted(self._frames.items()):
             first, detail = next(iter(frames.items()))
             yield f"{len(frames)} of {n_frames} frames {what}: {problem}, first {first}{detail}"
+
+
+class Lessons:
+    """Count the looks that taught nothing about objects, by the reason.
+
+    A look teaches where the teacher knows both an object and what is none. One that shows no
+    object still teaches what is none, but of such looks alone nothing can be learned.
+    """
+
+    def __init__(self) -> None:
+        self.n_looks = 0
+        self._reasons: Counter[str] = Counter()
+
+    def add(self, frame: Frame, segmentation: Segmentation) -> None:
+        """Count a look at a frame, by what its teacher said of it."""
+        self.n_looks += 1
+        reason = _why_nothing(frame, segmentation)
+        if reason is not None:
+            self._reasons[reason] += 1
+
+    @property
+    def n_nothing(self) -> int:
+        """How many looks taught nothing."""
+        return self._reasons.total()
+
+    @property
+    def is_suspect(self) -> bool:
+        """Tell whether so many looks taught nothing that something is likely to be wrong."""
+        return self.n_nothing > MANY * self.n_looks
+
+    def summary(self) -> dict[str, Any]:
+        """Return the looks that taught nothing and how many for each reason, JSON-able."""
+        return {"looks": self.n_nothing, "reasons": dict(sorted(self._reasons.items()))}
+
+    def sentence(self) -> str | None:
+        """Say how many looks taught nothing, and why; None where every one taught."""
+        if not self.n_nothing:
+            return None
+        looks = f"{self.n_nothing} of {self.n_looks} looks"
+        return f"{looks} taught nothing about objects: {self._reasons_in_words()}"
+
+    def in_short(self) -> str:
+        """Say the same where it is said already of what."""
+        reasons = f": {self._reasons_in_words()}" if self.n_nothing else ""
+        return f"{self.n_nothing} of {self.n_looks}{reasons}"
+
+    def remedies(self) -> Iterator[str]:
+        """Yield for each reason what to try, the most frequent first."""
+        for reason, _ in self._by_number():
+            for part, remedy in _REMEDIES.items():
+                if part in reason:
+                    yield f"{reason}: {remedy}"
+                    break
+
+    def _reasons_in_words(self) -> str:
+        return ", ".join(f"{reason} ({n})" for reason, n in self._by_number())
+
+    def _by_number(self) -> list[tuple[str, int]]:
+        return sorted(self._reasons.items(), key=lambda counted: (-counted[1], counted[0]))
+
+
+def _why_nothing(frame: Frame, segmentation: Segmentation) -> str | None:
+    """Return why a look teaches nothing about objects; None where it does."""
+    if frame.problem is not None:
+        return BAD_FRAME
+    if segmentation.problem is not None:
+        # Of a mask's problem the file's name is left out, or each would be a reason of its own.
+        is_of_mask = segmentation.problem.startswith("mask:")
+        return "no usable mask" if is_of_mask else segmentation.problem
+    has_object = bool((segmentation.labels == Label.SALIENT).any())
+    has_other = bool((segmentation.labels == Label.NOT_SALIENT).any())
+    if has_object and has_other:
+        return None
+    if has_object:
+        return NO_SURROUNDINGS
+    return NO_OBJECT if has_other else NOTHING_KNOWN

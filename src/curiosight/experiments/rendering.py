@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from curiosight.datasets import seven_scenes, tum_rgbd
+from curiosight.datasets.depth_files import MILLIMETRES
+from curiosight.datasets.layouts import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
 from curiosight.rooms.viewpoints import camera_pose
@@ -60,7 +61,7 @@ def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
         depth = views.look_from(T_room_depth, id, rng, camera=seven_scenes.DEPTH_CAMERA).frame.depth
         assert depth is not None
         out.write_image(f"seq-01/{id}.color.png", colour.frame.rgb)
-        out.write_image(f"seq-01/{id}.depth.png", _in_units(depth, seven_scenes.MILLIMETRE))
+        out.write_image(f"seq-01/{id}.depth.png", _in_units(depth, MILLIMETRES.scale))
         rows = ("\t".join(f"{value:.9e}" for value in row) for row in T_room_depth)
         out.write_text(f"seq-01/{id}.pose.txt", "\n".join(rows) + "\n")
         out.write_image(f"ground_truth/{id}.png", colour.truth)

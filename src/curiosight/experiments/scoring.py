@@ -151,7 +151,8 @@ class Scoring:
     def finish(self) -> dict[str, Any]:
         """Write teacher.json for the frames scored so far; return it, JSON-able."""
         if not self.scores.rows:
-            found = "no frame could be scored"
+            reasons = self.problems.sentences(self.n_tried, "cannot be scored")
+            found = ", ".join(["no frame could be scored", *reasons][:2])
             raise DataError(place(self._dataset), found, "look at it with `curiosight info`")
         figures = {
             "source": place(self._dataset),

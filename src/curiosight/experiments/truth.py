@@ -92,8 +92,12 @@ def find_truth(
     if not with_truth and teacher is None:
         found = "has neither ground truth nor depth to compare with"
         raise DataError(place(dataset), found, "give --ground-truth")
-    chosen = with_truth or indices
-    n_kept = len(chosen) if max_frames is None else min(len(chosen), max_frames)
-    spread = np.linspace(0, len(chosen) - 1, n_kept).astype(int)
     kind: Kind = "ground truth" if with_truth else "teacher"
-    return Truth(kind, dataset, tuple(int(chosen[i]) for i in spread), teacher)
+    return Truth(kind, dataset, spread(with_truth or indices, max_frames), teacher)
+
+
+def spread(indices: Sequence[int], max_frames: int | None) -> tuple[int, ...]:
+    """Return all of some frames, or of more than `max_frames` that many, evenly spread."""
+    n_kept = len(indices) if max_frames is None else min(len(indices), max_frames)
+    places = np.linspace(0, len(indices) - 1, n_kept).astype(int)
+    return tuple(int(indices[place]) for place in places)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
@@ -24,6 +25,21 @@ class Tree(NamedTuple):
     depth: int
 
 
+class Samples(NamedTuple):
+    """The buffer: (n, F) rows, whether each is salient, and its group, oldest first."""
+
+    rows: Rows
+    is_salient: npt.NDArray[np.bool_]
+    groups: npt.NDArray[np.int32]
+
+
+class Known(NamedTuple):
+    """What a forest has learned: its trees, none while untrained, and the buffer."""
+
+    trees: tuple[Tree, ...]
+    samples: Samples
+
+
 class Forest:
     """Learn the saliency of rows of 8-bit features, a few trees at a time (sec. II-A.3).
 
@@ -39,6 +55,11 @@ class Forest:
     n_threads: trees grown at the same time; the result does not depend on it.
 
     A tree whose share holds one class only is a single leaf of that class.
+
+    One thread at a time may learn; any number may predict meanwhile. `update`, `fit` and `restore`
+    put their new trees and samples into place in one assignment each, so every call of
+    `predict`, `votes` and `state_arrays` answers from the forest as it was before, or as it is
+    after, never from a mixture.
     """
 
     def __init__(
@@ -80,8 +101,8 @@ class Forest:
         self.vote = vote
         self.n_threads = n_threads
         self._rng = np.random.default_rng(seed)
-        self._trees: list[Tree]
-        self._forget()
+        # Never changed, only replaced: whoever reads it while another thread learns keeps his.
+        self._known = Known((), self._no_samples())
 
     @property
     def is_trained(self) -> bool:
@@ -90,20 +111,24 @@ class Forest:
 
     @property
     def n_samples(self) -> int:
-        return len(self._rows)
+        return len(self._known.samples.rows)
 
     @property
     def rows(self) -> Rows:
         """Show the buffer's (n_samples, F) rows; like the next two, oldest first, read-only."""
-        return _read_only(self._rows)
+        return _read_only(self._known.samples.rows)
 
     @property
     def is_salient(self) -> npt.NDArray[np.bool_]:
-        return _read_only(self._is_salient)
+        return _read_only(self._known.samples.is_salient)
 
     @property
     def groups(self) -> npt.NDArray[np.int32]:
-        return _read_only(self._groups)
+        return _read_only(self._known.samples.groups)
+
+    @property
+    def _trees(self) -> tuple[Tree, ...]:
+        return self._known.trees
 
     def update(
         self,
@@ -116,13 +141,14 @@ class Forest:
         All trees grow as soon as both classes have been seen, none before, and none if there
         are no rows. `group` is kept with the samples, one number for all or (n,).
         """
-        samples = self._check_samples(rows, is_salient, group)
+        new = self._check_samples(rows, is_salient, group)
         if len(rows) == 0:
             return ()
-        self._add(*samples)
-        if not self.is_trained:
-            return self._grow_all()
-        return self._regrow(self._rng.choice(self.n_trees, self.n_regrown, replace=False))
+        trees, samples = self._known.trees, self._added(self._known.samples, new)
+        indices = self._all_if_both(samples)
+        if trees:
+            indices = self._rng.choice(self.n_trees, self.n_regrown, replace=False)
+        return self._regrow(indices, trees, samples)
 
     def fit(
         self,
@@ -134,10 +160,9 @@ class Forest:
 
         Of more than `max_samples` rows a uniformly random choice is kept.
         """
-        samples = self._check_samples(rows, is_salient, group)
-        self._forget()
-        self._add(*samples)
-        return self._grow_all()
+        new = self._check_samples(rows, is_salient, group)
+        samples = self._added(self._no_samples(), new)
+        return self._regrow(self._all_if_both(samples), (), samples)
 
     def predict(self, rows: Rows) -> npt.NDArray[np.float32]:
         """Return the (n,) mean votes of (n, F) rows, in [0, 1]; 0 while untrained."""
@@ -157,9 +182,9 @@ class Forest:
         rows = self._check_rows(rows)
         chosen = range(self.n_trees) if trees is None else trees
         votes = np.zeros((len(chosen), len(rows)), np.float32)
-        if self.is_trained:
+        if grown := self._trees:
             for index, votes_of_tree in zip(chosen, votes, strict=True):
-                tree = self._trees[index]
+                tree = grown[index]
                 is_hard = self.vote == "hard"
                 add_votes(tree.nodes, tree.values, tree.depth, rows, is_hard, votes_of_tree)
         return votes.T
@@ -184,14 +209,15 @@ class Forest:
         The nodes of all trees follow each other; `tree_sizes` (n_trees,) says how many each
         has, 0 trees while untrained. A node's right child follows its left child.
         """
-        nodes = np.concatenate([np.empty(0, np.int64), *(tree.nodes for tree in self._trees)])
-        values = np.concatenate([np.empty(0, np.float32), *(tree.values for tree in self._trees)])
+        trees, samples = self._known
+        nodes = np.concatenate([np.empty(0, np.int64), *(tree.nodes for tree in trees)])
+        values = np.concatenate([np.empty(0, np.float32), *(tree.values for tree in trees)])
         return {
-            "rows": self._rows.copy(),
-            "is_salient": self._is_salient.copy(),
-            "groups": self._groups.copy(),
-            "tree_sizes": np.array([tree.nodes.size for tree in self._trees], np.int32),
-            "tree_depths": np.array([tree.depth for tree in self._trees], np.int32),
+            "rows": samples.rows.copy(),
+            "is_salient": samples.is_salient.copy(),
+            "groups": samples.groups.copy(),
+            "tree_sizes": np.array([tree.nodes.size for tree in trees], np.int32),
+            "tree_depths": np.array([tree.depth for tree in trees], np.int32),
             "node_features": (nodes >> 8 & FEATURE_BITS).astype(np.uint16),
             "node_thresholds": (nodes & 255).astype(np.uint8),
             "node_left_children": (nodes >> 24).astype(np.int32),
@@ -215,20 +241,20 @@ class Forest:
             raise ValueError(f"tree_sizes: expected {self.n_trees} trees or 0, got {len(trees)}")
         if not len(arrays["rows"]) == len(arrays["is_salient"]) == len(arrays["groups"]):
             raise ValueError("rows, is_salient, groups: expected the same length")
-        self._trees = trees
-        self._rows = np.array(arrays["rows"], np.uint8)
-        self._is_salient = np.array(arrays["is_salient"], np.bool_)
-        self._groups = np.array(arrays["groups"], np.int32)
+        samples = Samples(
+            np.array(arrays["rows"], np.uint8),
+            np.array(arrays["is_salient"], np.bool_),
+            np.array(arrays["groups"], np.int32),
+        )
+        self._known = Known(tuple(trees), samples)
 
-    def _forget(self) -> None:
-        self._trees = []
-        self._rows = np.empty((0, self.n_features), np.uint8)
-        self._is_salient = np.empty(0, np.bool_)
-        self._groups = np.empty(0, np.int32)
+    def _no_samples(self) -> Samples:
+        rows = np.empty((0, self.n_features), np.uint8)
+        return Samples(rows, np.empty(0, np.bool_), np.empty(0, np.int32))
 
     def _check_samples(
         self, rows: Rows, is_salient: npt.NDArray[np.bool_], group: int | npt.NDArray[np.int32]
-    ) -> tuple[Rows, npt.NDArray[np.bool_], npt.NDArray[np.int32]]:
+    ) -> Samples:
         """Return the samples with one group each."""
         rows = self._check_rows(rows)
         if is_salient.shape != (len(rows),) or is_salient.dtype != np.bool_:
@@ -239,49 +265,53 @@ class Forest:
         groups = np.asarray(group, np.int32)
         if groups.shape not in ((), (len(rows),)):
             raise ValueError(f"group: expected a number or ({len(rows)},), got {groups.shape}")
-        return rows, is_salient, np.broadcast_to(groups, len(rows))
+        return Samples(rows, is_salient, np.broadcast_to(groups, len(rows)))
 
-    def _add(
-        self, rows: Rows, is_salient: npt.NDArray[np.bool_], groups: npt.NDArray[np.int32]
-    ) -> None:
-        """Append samples to the buffer and evict what is too much."""
+    def _added(self, kept: Samples, new: Samples) -> Samples:
+        """Return the buffer with more samples behind, and with what is too much evicted."""
         # Equal rows side by side: `draw_points` merges them, so superpixels grow trees faster.
-        order = np.argsort(rows.view((np.void, self.n_features)).ravel(), kind="stable")
-        self._rows = np.concatenate([self._rows, rows[order]])
-        self._is_salient = np.concatenate([self._is_salient, is_salient[order]])
-        self._groups = np.concatenate([self._groups, groups[order]])
-        n_evicted = self.n_samples - self.max_samples
-        if n_evicted > 0:
-            is_kept = np.ones(self.n_samples, np.bool_)
-            is_kept[self._rng.choice(self.n_samples, n_evicted, replace=False)] = False
-            self._rows = self._rows[is_kept]
-            self._is_salient = self._is_salient[is_kept]
-            self._groups = self._groups[is_kept]
+        order = np.argsort(new.rows.view((np.void, self.n_features)).ravel(), kind="stable")
+        samples = Samples(
+            np.concatenate([kept.rows, new.rows[order]]),
+            np.concatenate([kept.is_salient, new.is_salient[order]]),
+            np.concatenate([kept.groups, new.groups[order]]),
+        )
+        n_samples = len(samples.rows)
+        n_evicted = n_samples - self.max_samples
+        if n_evicted <= 0:
+            return samples
+        is_kept = np.ones(n_samples, np.bool_)
+        is_kept[self._rng.choice(n_samples, n_evicted, replace=False)] = False
+        rows, is_salient, groups = samples
+        return Samples(rows[is_kept], is_salient[is_kept], groups[is_kept])
 
-    def _grow_all(self) -> tuple[int, ...]:
-        """Grow every tree, or none while the buffer holds one class only."""
-        if self._is_salient.all() or not self._is_salient.any():
-            return ()
-        self._trees = [_STUMP] * self.n_trees
-        return self._regrow(np.arange(self.n_trees))
+    def _all_if_both(self, samples: Samples) -> npt.NDArray[np.int64]:
+        """Return every tree's index, or none while the buffer holds one class only."""
+        has_both = samples.is_salient.any() and not samples.is_salient.all()
+        return np.arange(self.n_trees if has_both else 0)
 
-    def _regrow(self, indices: npt.NDArray[np.int64]) -> tuple[int, ...]:
-        """Grow these trees anew; each has its own seed, drawn before any thread starts."""
+    def _regrow(
+        self, indices: npt.NDArray[np.int64], trees: tuple[Tree, ...], samples: Samples
+    ) -> tuple[int, ...]:
+        """Grow these trees anew, and take them, the other trees and the samples over.
+
+        Each tree has its own seed, drawn before any thread starts.
+        """
         seeds = self._rng.integers(0, 2**64, indices.size, dtype=np.uint64)
         if self.n_threads == 1:
-            trees = [self._grow(seed) for seed in seeds]
+            grown = [self._grow(samples, seed) for seed in seeds]
         else:
             with ThreadPoolExecutor(self.n_threads) as pool:
-                trees = list(pool.map(self._grow, seeds))
-        for index, tree in zip(indices, trees, strict=True):
-            self._trees[index] = tree
-        return tuple(int(index) for index in indices)
+                grown = list(pool.map(partial(self._grow, samples), seeds))
+        after = dict(enumerate(trees)) | dict(zip(indices.tolist(), grown, strict=True))
+        self._known = Known(tuple(after[index] for index in sorted(after)), samples)
+        return tuple(indices.tolist())
 
-    def _grow(self, seed: np.uint64) -> Tree:
-        """Grow one tree on a new share of the buffer."""
+    def _grow(self, samples: Samples, seed: np.uint64) -> Tree:
+        """Grow one tree on a new share of the samples."""
         state = np.array([seed], np.uint64)
-        n_drawn = max(1, round(self.share * self.n_samples))
-        points, counts = draw_points(self._rows, self._is_salient, n_drawn, state)
+        n_drawn = max(1, round(self.share * len(samples.rows)))
+        points, counts = draw_points(samples.rows, samples.is_salient, n_drawn, state)
         nodes, values, depth = grow_tree(
             points, counts, self.max_depth, self.min_split, self.n_split_features, state
         )
@@ -294,9 +324,6 @@ class Forest:
                 f"rows: expected (n, {self.n_features}) uint8, got {rows.shape} {rows.dtype}"
             )
         return np.require(rows, requirements=["C_CONTIGUOUS", "WRITEABLE"])
-
-
-_STUMP = Tree(np.array([255], np.int64), np.zeros(1, np.float32), 0)
 
 
 def _unpack_trees(arrays: Arrays, n_features: int) -> list[Tree]:

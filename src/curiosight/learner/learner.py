@@ -103,6 +103,11 @@ class SaliencyLearner:
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
     threshold: a pixel that scores above it is predicted salient, for the error.
+
+    Any number of threads may call `saliency`, `describe` and `predict`, with the same bytes as
+    one thread gives; also while one other thread learns (`observe`, `learn`): each map is then
+    made by the forest from before an update, or from after it, never by a half-changed one.
+    Two threads must not learn at the same time.
     """
 
     def __init__(
@@ -226,11 +231,13 @@ class SaliencyLearner:
     def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
         return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
 
-    def save(self, path: Path | str) -> None:
+    def save(self, path: Path | str, *, is_packed: bool = True) -> None:
         """Write the model with its samples, so that learning can go on.
 
         `notes` (JSON-able, whatever should be known of it) are kept with it. An existing file is
         replaced as a whole or not at all.
+
+        is_packed: write a small file; without, a larger one, sooner.
         """
         header = {
             "features": self._feature_definition(),
@@ -241,7 +248,8 @@ class SaliencyLearner:
             "forest": self.forest.settings(),
             "notes": self.notes,
         }
-        write_archive(Path(path), KIND, header, self.forest.state_arrays())
+        arrays = self.forest.state_arrays()
+        write_archive(Path(path), KIND, header, arrays, is_packed=is_packed)
 
     @classmethod
     def load(

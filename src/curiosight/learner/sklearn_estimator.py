@@ -20,12 +20,25 @@ except ImportError as error:
     ) from error
 
 
+Samples = npt.NDArray[np.float64]
+
+N_LEVELS = 256
+# Times its share of the samples that a level may hold before the levels are cut anew.
+MAX_CROWD = 4
+MAX_ID = 2**31  # the forest's groups are int32
+
+
 class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     """Classify two classes with the on-line forest of curiosight.
 
-    Features are cut into 256 levels at the quantiles of the first batch. The parameters are
-    those of `curiosight.learner.forest.Forest`; the second of `classes_` is the salient one. Both
-    classes weigh the same, so 0.5 means equally typical of both, not equally frequent.
+    Features are cut into 256 levels at the quantiles of what has been seen. With every batch of
+    `partial_fit` it is asked whether these still tell the samples apart; where too many different
+    values share a level, the levels are cut anew and all trees grow again. For that the samples
+    in the buffer are kept as they came too, 8 bytes a number.
+
+    The parameters are those of `curiosight.learner.forest.Forest`; the second of `classes_` is the
+    salient one. Both classes weigh the same, so 0.5 means equally typical of both, not equally
+    frequent.
 
     >>> from sklearn.datasets import make_classification
     >>> X, y = make_classification(random_state=0)
@@ -59,8 +72,8 @@ class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[mi
         """Forget what was learned and grow all trees on (n, F) `X` with (n,) labels `y`."""
         samples, labels = validate_data(self, X, y)
         check_classification_targets(labels)
-        self._start(samples, np.unique(labels), type_of_target(labels))
-        self.forest_.fit(self._bin(samples), self._is_second(labels))
+        self._start(np.unique(labels), type_of_target(labels))
+        self._learn(np.asarray(samples, np.float64), self._is_second(labels))
         return self
 
     def partial_fit(
@@ -75,11 +88,11 @@ class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[mi
         if is_first:
             if classes is None:
                 raise ValueError("classes: expected both labels in the first call, got None")
-            self._start(samples, np.unique(classes), type_of_target(classes))
+            self._start(np.unique(classes), type_of_target(classes))
         unknown = np.setdiff1d(labels, self.classes_)
         if unknown.size:
             raise ValueError(f"y: expected labels of {self.classes_}, got {unknown}")
-        self.forest_.update(self._bin(samples), self._is_second(labels))
+        self._learn(np.asarray(samples, np.float64), self._is_second(labels))
         return self
 
     def predict_proba(self, X: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -97,14 +110,17 @@ class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[mi
         labels: npt.NDArray[Any] = self.classes_[self.predict_proba(X).argmax(axis=1)]
         return labels
 
-    def _start(self, samples: npt.NDArray[Any], classes: npt.NDArray[Any], kind: str) -> None:
-        """Make an empty forest for these classes and the levels for features like these."""
+    def _start(self, classes: npt.NDArray[Any], kind: str) -> None:
+        """Make an empty forest for these classes, that has no levels yet."""
         if classes.size > 2:
             raise ValueError(
                 f"Only binary classification is supported. The type of the target is {kind}."
             )
         self.classes_ = classes
-        self.thresholds_ = np.quantile(samples, np.linspace(0, 1, 257)[1:-1], axis=0).T
+        # One level for all: the first batch finds it crowded, or has nothing to tell apart.
+        self.thresholds_ = np.empty((self.n_features_in_, 0))
+        self._samples = np.empty((0, self.n_features_in_))
+        self._n_seen = 0
         self.forest_ = Forest(
             n_features=self.n_features_in_,
             n_trees=self.n_trees,
@@ -117,6 +133,40 @@ class OnlineForestClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[mi
             vote=self.vote,
             seed=int(check_random_state(self.random_state).randint(2**31)),
         )
+
+    def _learn(self, samples: Samples, is_second: npt.NDArray[np.bool_]) -> None:
+        """Add samples (n, F) to the forest, with new levels where the old ones do not fit."""
+        ids = (self._n_seen + np.arange(len(samples))) % MAX_ID
+        self._n_seen += len(samples)
+        kept = self.forest_.groups, self.forest_.is_salient
+        all_ids = np.concatenate([kept[0], ids]).astype(np.int32)
+        together = np.concatenate([self._samples, samples])
+        if self._are_crowded(together):
+            self.thresholds_ = np.quantile(
+                together, np.linspace(0, 1, N_LEVELS + 1)[1:-1], axis=0
+            ).T
+            are_second = np.concatenate([kept[1], is_second])
+            self.forest_.fit(self._bin(together), are_second, all_ids)
+        else:
+            self.forest_.update(self._bin(samples), is_second, all_ids[len(kept[0]) :])
+        # The forest sorts and evicts; by its groups we know what is where.
+        order = np.argsort(all_ids)
+        places = order[np.searchsorted(all_ids, self.forest_.groups, sorter=order)]
+        self._samples = together[places]
+
+    def _are_crowded(self, samples: Samples) -> bool:
+        """Tell whether a level holds far more different values than its share of the samples.
+
+        Only values above the level's lower end count: many equal ones have a level for themselves,
+        which no other levels could part. New levels are never crowded.
+        """
+        most = max(MAX_CROWD, MAX_CROWD * len(samples) / N_LEVELS)
+        for values, thresholds in zip(samples.T, self.thresholds_, strict=True):
+            levels = np.searchsorted(thresholds, values, side="right")
+            ends = np.concatenate([[-np.inf], thresholds])
+            if np.bincount(levels[values > ends[levels]], minlength=1).max() > most:
+                return True
+        return False
 
     def _bin(self, samples: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
         """Return the level, 0 to 255, of each feature."""

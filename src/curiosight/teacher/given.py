@@ -5,16 +5,23 @@ Any other one is an object with `segment(frame)`, or a function, see `CallTeache
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence, Sized
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets.decoding import UnreadableFile, read_grey
+from curiosight.datasets.coco_boxes import read_coco
+from curiosight.datasets.decoding import UnreadableFile
+from curiosight.datasets.frame_names import frame_of_file, match_names
+from curiosight.datasets.masks import (
+    MASK_ENDINGS,
+    by_ending,
+    check_masks,
+    find_all_masks,
+    read_mask,
+)
 from curiosight.errors import DataError
 from curiosight.frame import Frame, Label
 from curiosight.teacher.segmented import Segmentation
@@ -49,26 +56,43 @@ class CallTeacher:
 class MaskTeacher:
     """Teach with masks on disk, `<id>.png` a frame, such as `curiosight segment` writes.
 
-    Greys are codes of `Label`; any other one is unknown. Raises `DataError` where the folder
-    holds no mask. A frame whose mask is missing or bad teaches nothing.
+    Greys are codes of `Label`; any other one is unknown. A frame whose mask is missing or bad
+    teaches nothing.
+
+    ids: of the frames there will be; None = any. is_turned: see `read_rgb`. Raises `DataError`
+    where the folder holds no mask, or none of a frame, or masks that are not of such codes.
     """
 
-    def __init__(self, folder: Path) -> None:
-        if not folder.is_dir() or not any(folder.rglob("*.png")):
-            raise DataError(folder, "has no mask <id>.png", "name the folder of the masks")
+    def __init__(
+        self, folder: Path, ids: Sequence[str] | None = None, *, is_turned: bool = False
+    ) -> None:
+        files = list(find_all_masks(folder))
+        if not files:
+            endings = ", ".join(MASK_ENDINGS)
+            found = f"has no mask <id>.png (nor {endings})" if folder.is_dir() else "is no folder"
+            raise DataError(folder, found, "name the folder of the masks")
         self.folder = folder
+        self._is_turned = is_turned
+        self._ids = ids
+        self._file_of = _files_by_frame(folder, files, ids)
+        check_masks(list(self._file_of.values()), is_turned=is_turned)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return the mask of a frame."""
         if frame.problem is not None:
             return _nothing(frame, frame.problem)
-        path = self.folder / f"{frame.id}.png"
+        path = self._file_of.get(frame.id)
+        if path is None:
+            missing = f"{PurePosixPath(frame.id).name}.png is missing"
+            return _nothing(frame, f"mask: {missing}" + _of_all(self._file_of, self._ids))
         try:
-            mask = read_grey(path)
+            mask = read_mask(path, is_turned=self._is_turned)
         except UnreadableFile as error:
             return _nothing(frame, f"mask: {error}")
-        if mask.shape != frame.rgb.shape[:2]:
-            return _nothing(frame, f"mask: {path.name} is {mask.shape}, not the image's size")
+        height, width = frame.rgb.shape[:2]
+        if mask.shape != (height, width):
+            found = f"is {mask.shape[1]}x{mask.shape[0]}, not the image's size, {width}x{height}"
+            return _nothing(frame, f"mask: {path.name} {found}")
         known = [Label.SALIENT, Label.NOT_SALIENT, Label.UNAVAILABLE]
         labels = np.where(np.isin(mask, known), mask, Label.UNKNOWN)
         return Segmentation.of_labels(labels.astype(np.uint8))
@@ -81,13 +105,23 @@ class BoxTeacher:
     corners of a box there is often background. Frames that the file does not name teach nothing.
 
     path: images with file names and annotations with `bbox` [x, y, width, height] in pixels; or a
-    list of results whose `image_id` is the frame's id.
+    list of results whose `image_id` is the frame's id, or the number in it.
+    ids: of the frames there will be, which file names are matched with; None = any.
     min_score: of a box that counts, where boxes have a score.
+    Raises `DataError` for any other file, and where it names no frame.
     """
 
-    def __init__(self, path: Path, *, min_score: float = 0.5) -> None:
+    def __init__(
+        self, path: Path, ids: Sequence[str] | None = None, *, min_score: float = 0.5
+    ) -> None:
         self.path = path
-        self._boxes = _read_coco(path, min_score)
+        self._ids = ids
+        boxes = read_coco(path, min_score)
+        if ids is None:
+            self._boxes = {frame_of_file(name): found for name, found in boxes.items()}
+        else:
+            name_of = _matched(path, list(boxes), ids, "images")
+            self._boxes = {id: boxes[name] for id, name in name_of.items()}
 
     def segment(self, frame: Frame) -> Segmentation:
         """Draw the boxes of a frame."""
@@ -95,7 +129,8 @@ class BoxTeacher:
             return _nothing(frame, frame.problem)
         boxes = self._boxes.get(frame.id)
         if boxes is None:
-            return _nothing(frame, f"{self.path.name} does not name this frame")
+            found = f"{self.path.name} does not name this frame" + _of_all(self._boxes, self._ids)
+            return _nothing(frame, found)
         labels = np.full(frame.rgb.shape[:2], Label.NOT_SALIENT, np.uint8)
         for x, y, width, height in boxes:
             rows = slice(max(0, round(y)), max(0, round(y + height)))
@@ -108,12 +143,19 @@ class BoxTeacher:
         return Segmentation.of_labels(labels)
 
 
-def open_teacher(source: str) -> MaskTeacher | BoxTeacher:
-    """Open `masks:FOLDER` or `boxes:FILE`; raise `DataError` or, for another kind, `ValueError`."""
+def open_teacher(
+    source: str, ids: Sequence[str] | None = None, *, is_turned: bool = False
+) -> MaskTeacher | BoxTeacher:
+    """Open `masks:FOLDER` or `boxes:FILE`; raise `DataError` or, for another kind, `ValueError`.
+
+    ids: of the frames that it is to teach; None = any. is_turned: of masks, see `read_rgb`.
+    """
     kind, _, path = source.partition(":")
     if kind not in KINDS or not path:
         raise ValueError(f"teacher: expected depth, masks:FOLDER or boxes:FILE, got {source!r}")
-    return MaskTeacher(Path(path)) if kind == "masks" else BoxTeacher(Path(path))
+    if kind == "masks":
+        return MaskTeacher(Path(path), ids, is_turned=is_turned)
+    return BoxTeacher(Path(path), ids)
 
 
 def _nothing(frame: Frame, problem: str) -> Segmentation:
@@ -121,40 +163,36 @@ def _nothing(frame: Frame, problem: str) -> Segmentation:
     return Segmentation.of_labels(labels, problem)
 
 
-def _read_coco(path: Path, min_score: float) -> dict[str, list[tuple[float, ...]]]:
-    """Return the boxes of each frame that a file names, by the frame's id."""
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise DataError(path, f"cannot be read ({error.strerror})", "name a COCO file") from error
-    except ValueError as error:
-        raise DataError(path, f"is not JSON ({error})", "name a COCO file") from error
-    try:
-        return _boxes_by_frame(content, min_score)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        found = f"is not COCO: {type(error).__name__} {error}"
-        raise DataError(path, found, "give images and annotations, or a list of results") from error
+def _of_all(known: Sized, ids: Sequence[str] | None) -> str:
+    """Say how many frames are named, where it is known of how many."""
+    return "" if ids is None else f" (of {len(ids)} frames {len(known)} are named)"
 
 
-def _boxes_by_frame(content: Any, min_score: float) -> dict[str, list[tuple[float, ...]]]:
-    annotations: Iterable[Any]
-    if isinstance(content, list):
-        annotations, name_of = content, {a["image_id"]: str(a["image_id"]) for a in content}
-    else:
-        annotations = content["annotations"]
-        name_of = {image["id"]: _frame_id(image["file_name"]) for image in content["images"]}
-    boxes: dict[str, list[tuple[float, ...]]] = {name: [] for name in name_of.values()}
-    for annotation in annotations:
-        if annotation.get("score", 1.0) >= min_score:
-            x, y, width, height = (float(number) for number in annotation["bbox"])
-            if not (np.isfinite([x, y]).all() and 0 < width < np.inf and 0 < height < np.inf):
-                raise ValueError(f"bbox {annotation['bbox']}")
-            boxes[name_of[annotation["image_id"]]].append((x, y, width, height))
-    return boxes
+def _files_by_frame(
+    folder: Path, files: Sequence[Path], ids: Sequence[str] | None
+) -> dict[str, Path]:
+    """Return the mask of each frame, of two endings the better one."""
+    file_of_name = {
+        file.relative_to(folder).with_suffix("").as_posix(): file for file in by_ending(files)
+    }
+    if ids is None:
+        return file_of_name
+    name_of_id = _matched(folder, list(file_of_name), ids, "masks")
+    return {id: file_of_name[name] for id, name in name_of_id.items()}
 
 
-def _frame_id(file_name: str) -> str:
-    """Return the frame that an image's file shows: `seq-01/frame-000001.color.png`, say."""
-    path = PurePosixPath(file_name)
-    stem = path.stem.removesuffix(".color").removesuffix("-color")
-    return path.with_name(stem).as_posix()
+def _matched(path: Path, names: Sequence[str], ids: Sequence[str], what: str) -> dict[str, str]:
+    """Return the name of each frame that has one; `DataError` where none has."""
+    matches = match_names(names, ids)
+    if matches.name_of or not ids:
+        return matches.name_of
+    if matches.doubtful:
+        one, other = matches.doubtful
+        found = f"'{one}' fits two frames" if one == other else f"'{one}' and '{other}' fit one"
+        raise DataError(path, f"names no frame for sure: {found}", f"call {what} by the frame's id")
+    found = f"names '{names[0]}'" if names else f"names no {what}"
+    raise DataError(
+        path,
+        f"names no frame of the recording: it {found}, a frame is '{ids[0]}'",
+        f"call its {what} by the frame's id",
+    )

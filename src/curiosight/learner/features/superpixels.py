@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any, Literal
 
 import cv2
@@ -50,6 +51,9 @@ class SeedsSegmenter:
 
     n_superpixels: for a 320x240 image. The paper's code asks for 350, and its SEEDS makes 520
         of them; OpenCV's rounds the size of a block the other way and makes 520 of 600.
+
+    Any number of threads may call one: OpenCV's object keeps the image that it is cutting, so
+    each thread has its own, made at its first image and at every change of size.
     """
 
     def __init__(
@@ -59,18 +63,29 @@ class SeedsSegmenter:
         self.n_levels = n_levels
         self.n_bins = n_bins
         self.n_iterations = n_iterations
-        self._seeds: Any = None
-        self._shape: tuple[int, ...] = ()
+        self._of_thread = threading.local()
 
     def __call__(self, rgb: Rgb) -> Superpixels:
         """Return the (h, w) int32 superpixel of every pixel, 0, 1, …, of an RGB image."""
-        if self._shape != rgb.shape:
-            height, width = rgb.shape[:2]
-            wanted = round(self.n_superpixels * width * height / (320 * 240))
-            self._seeds = cv2.ximgproc.createSuperpixelSEEDS(
-                width, height, 3, max(1, wanted), self.n_levels, 2, self.n_bins, False
-            )
-            self._shape = rgb.shape
-        self._seeds.iterate(cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV), self.n_iterations)
-        labels: Superpixels = self._seeds.getLabels()
+        height, width = rgb.shape[:2]
+        if getattr(self._of_thread, "size", None) != (height, width):
+            self._of_thread.seeds = self._make(height, width)
+            self._of_thread.size = height, width
+        seeds = self._of_thread.seeds
+        seeds.iterate(cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV), self.n_iterations)
+        labels: Superpixels = seeds.getLabels()
         return labels
+
+    def _make(self, height: int, width: int) -> Any:
+        wanted = round(self.n_superpixels * width * height / (320 * 240))
+        return cv2.ximgproc.createSuperpixelSEEDS(
+            width, height, 3, max(1, wanted), self.n_levels, 2, self.n_bins, False
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what cannot be copied and is made anew at the next image."""
+        return {name: value for name, value in vars(self).items() if name != "_of_thread"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._of_thread = threading.local()

@@ -5,27 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from curiosight.datasets.camera_file import (
-    CameraFile,
-    LabelValues,
-    read_camera_file,
-)
-from curiosight.datasets.listing import list_images
-from curiosight.datasets.recording import Entry, Recording, assume_camera
-from curiosight.datasets.rl_iac_tables import (
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.cameras.camera_file import LabelValues
+from curiosight.datasets.depth_files import ASSUMED
+from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
     GraphNode,
     read_graph,
     read_regions,
 )
+from curiosight.datasets.listing import list_images
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
-from curiosight.frame import Camera
 
 IMAGE_FOLDER = "image_data"
-# The authors' program assumes a Kinect's focal length, and the principal point amid the image.
-CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
-MILLIMETRE = 0.001
 # The program takes 255 and 1 as salient and nothing but 0 as not.
 MASK_VALUES = LabelValues(support=frozenset({0}), objects_from=1, ignore=frozenset(range(2, 255)))
 
@@ -38,10 +33,12 @@ class RlIac(Recording):
     """
 
     name = "RL-IAC"
+    evidence = "image_data/ with x.png and x_depth.png, or x_GT.png"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether there are x.png with x_depth.png or x_GT.png, maybe in `image_data`."""
+        """Tell whether there are x.png with x_GT.png, or x_depth.png in `image_data`."""
         return _image_folder(path) is not None
 
     def __init__(self, path: Path) -> None:
@@ -65,15 +62,16 @@ class RlIac(Recording):
             remarks.append(
                 "x_GT.png is read as ground truth; the authors' program may have written it itself"
             )
-        camera, depth_scale = None, MILLIMETRE
+        camera, depth_form = None, ASSUMED
         if has_depth:
-            calibration = _calibration(path, entries, remarks)
-            camera, depth_scale = calibration.camera, calibration.depth_scale
+            size = image_size(path, [entry.rgb for entry in entries])
+            calibration = find_calibration(path, size, remarks)
+            camera, depth_form = calibration.camera, calibration.depth_form(ASSUMED)
         super().__init__(
             path,
             entries,
             camera,
-            depth_scale=depth_scale,
+            depth_form=depth_form,
             label_values=MASK_VALUES,
             remarks=remarks,
         )
@@ -84,8 +82,10 @@ def _existing(path: Path) -> Path | None:
 
 
 def _image_folder(path: Path) -> Path | None:
+    """Return the folder of x.png with partners that only this layout has, or in its own place."""
     for folder in (path / IMAGE_FOLDER, path):
-        for ending in ("_depth", "_GT"):
+        is_own = folder.resolve().name == IMAGE_FOLDER or (path / REGION_FILE).is_file()
+        for ending in ("_depth", "_GT") if is_own else ("_GT",):
             partners = folder.glob(f"*{ending}.png")
             if any(file.with_stem(file.stem.removesuffix(ending)).is_file() for file in partners):
                 return folder
@@ -123,10 +123,3 @@ def _read_graph(table: Path | None, regions: Sequence[int]) -> tuple[GraphNode, 
         found = f"lists {len(graph)} regions, but images are in region {max(regions)}"
         raise DataError(table, found, f"add it, or correct {REGION_FILE}")
     return graph
-
-
-def _calibration(path: Path, entries: Sequence[Entry], remarks: list[str]) -> CameraFile:
-    calibration = read_camera_file(path)
-    if calibration is None and path.resolve().name == IMAGE_FOLDER:
-        calibration = read_camera_file(path.resolve().parent)
-    return calibration or assume_camera(path, entries, CAMERA, MILLIMETRE, remarks)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.camera_file import read_camera_file
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording, assume_camera
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import Trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
@@ -17,6 +20,8 @@ from curiosight.frame import Camera, Pose
 CAMERA = Camera(640, 480, 570.3, 570.3, 320.0, 240.0)
 # Unlike v1's millimetres; its makers print no unit, their clouds and those who read them agree.
 TENTH_OF_A_MILLIMETRE = 0.0001
+SCENE = re.compile(r"scene_\d+")
+WHOSE = "the usual intrinsics of this data set are assumed"
 
 
 class RgbdScenesV2(Recording):
@@ -26,6 +31,7 @@ class RgbdScenesV2(Recording):
     """
 
     name = "RGB-D Scenes v2"
+    evidence = "scene_*/N-color.png with N-depth.png"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -47,19 +53,14 @@ class RgbdScenesV2(Recording):
             for prefix, scene in scenes.items()
             for entry in _list_scene(path, scene, prefix, pose_files.get(prefix))
         ]
-        calibration = read_camera_file(path) or assume_camera(
-            path,
-            entries,
-            CAMERA,
-            TENTH_OF_A_MILLIMETRE,
-            remarks,
-            "the usual intrinsics of this data set are assumed",
-        )
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_scale=calibration.depth_scale,
+            depth_form=calibration.depth_form(DepthForm(TENTH_OF_A_MILLIMETRE, is_assumed=True)),
+            labels=calibration.labels,
             remarks=remarks,
         )
 
@@ -70,6 +71,9 @@ def _scenes(path: Path) -> dict[str, Path]:
 
 
 def _holds_frames(folder: Path) -> bool:
+    # Others name their images so too: only the folder's name tells the unit of this data set.
+    if not SCENE.fullmatch(folder.resolve().name):
+        return False
     return any(folder.glob("*-color.png")) and any(folder.glob("*-depth.png"))
 
 

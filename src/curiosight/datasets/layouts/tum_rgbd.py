@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.camera_file import read_camera_file
-from curiosight.datasets.listing import find_ground_truth, frame_id
-from curiosight.datasets.recording import Entry, Recording, assume_camera
-from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
+from curiosight.datasets.trajectory import parse_stamp, read_trajectory, text_lines
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -17,6 +20,7 @@ from curiosight.frame import Camera, Pose
 # at all distances, from the share of readings a column and row over 121 frames of fr1/rpy.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
 DEPTH_SCALE = 1 / 5000
+WHOSE = "the benchmark's default intrinsics are used"
 MAX_OFFSET_NS = 20_000_000
 
 
@@ -24,6 +28,7 @@ class TumRgbd(Recording):
     """A sequence of the TUM RGB-D benchmark, or one recorded in its form."""
 
     name = "TUM RGB-D"
+    evidence = "rgb.txt with depth.txt"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -48,19 +53,14 @@ class TumRgbd(Recording):
             n_left_out = len(colour) - len(pairs)
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
         entries = _entries(path, pairs, remarks)
-        calibration = read_camera_file(path) or assume_camera(
-            path,
-            entries,
-            CAMERA,
-            DEPTH_SCALE,
-            remarks,
-            "the benchmark's default intrinsics are used",
-        )
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_scale=calibration.depth_scale,
+            depth_form=calibration.depth_form(DepthForm(DEPTH_SCALE, is_assumed=True)),
+            labels=calibration.labels,
             remarks=remarks,
         )
 
@@ -68,19 +68,35 @@ class TumRgbd(Recording):
 def _read_list(path: Path) -> list[tuple[int, Path]]:
     """Read lines of `stamp file`, sorted by stamp in nanoseconds."""
     images = []
-    for number, words in table_rows(path):
+    for number, line in enumerate(text_lines(path), start=1):
+        line = line.strip()
+        if not line or line.startswith("#"):
+            continue
         try:
-            stamp, name = words
-            images.append((parse_stamp(stamp), path.parent / name))
+            stamp, name = re.split(r"\s*,\s*|\s+", line, maxsplit=1)
+            images.append((parse_stamp(stamp), _listed_file(path.parent, name)))
         except ValueError:
             raise DataError(
-                path,
-                f'line {number} is "{" ".join(words)[:60]}"',
-                "expected: stamp in seconds, file name",
+                path, f'line {number} is "{line[:60]}"', "expected: stamp in seconds, file name"
             ) from None
     if not images:
         raise DataError(path, "lists no images", "check that the recording is complete")
     return sorted(images)
+
+
+def _listed_file(folder: Path, name: str) -> Path:
+    """Return the file of a list's line, in whose name there may be anything; `ValueError`."""
+    if not _is_image_name(name):
+        name = re.split(r"\s#", name, maxsplit=1)[0].rstrip()  # a comment may follow
+    if not _is_image_name(name) and re.search(r"\s", name):
+        raise ValueError(f"name: expected a file, got {name!r}")
+    if "\\" in name and not (folder / name).is_file():
+        name = name.replace("\\", "/")  # as Windows writes it
+    return folder / name
+
+
+def _is_image_name(name: str) -> bool:
+    return name.lower().endswith((*IMAGE_ENDINGS, ".tif", ".tiff"))
 
 
 def _associate(

@@ -11,16 +11,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import loadmat
 
-from curiosight.datasets.camera_file import read_camera_file
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.depth_files import ASSUMED
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording, assume_camera
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
-from curiosight.frame import Camera
-
-# The data set comes without intrinsics: these are the usual ones of its Kinect, whose focal
-# length the paper's authors take too.
-CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
-MILLIMETRE = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +40,7 @@ class RgbdScenes(Recording):
     """
 
     name = "RGB-D Scenes v1"
+    evidence = "depth that is called after its folder, such as desk_1/desk_1_1_depth.png"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -59,9 +56,8 @@ class RgbdScenes(Recording):
             self._box_files += [_box_file(sequence)] * len(listed)
         self._boxes: dict[Path, list[tuple[ObjectBox, ...]]] = {}
         remarks: list[str] = []
-        calibration = read_camera_file(path) or assume_camera(
-            path, entries, CAMERA, MILLIMETRE, remarks
-        )
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks)
         has_boxes = any(file.is_file() for file in set(self._box_files))
         if has_boxes and not any(entry.ground_truth for entry in entries):
             remarks.append(
@@ -71,7 +67,8 @@ class RgbdScenes(Recording):
             path,
             entries,
             calibration.camera,
-            depth_scale=calibration.depth_scale,
+            depth_form=calibration.depth_form(ASSUMED),
+            labels=calibration.labels,
             remarks=remarks,
         )
 

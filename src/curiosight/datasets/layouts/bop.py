@@ -10,8 +10,9 @@ from typing import Self
 
 import numpy as np
 
-from curiosight.datasets.bop_camera import FILE_NAME, BopView, read_scene_camera
-from curiosight.datasets.decoding import UnreadableFile, read_depth
+from curiosight.datasets.decoding import UnreadableFile
+from curiosight.datasets.depth_files import DepthForm, read_depth
+from curiosight.datasets.layouts.bop_camera import FILE_NAME, BopView, read_scene_camera
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
@@ -19,13 +20,14 @@ from curiosight.datasets.listing import (
     natural_key,
     subfolder,
 )
+from curiosight.datasets.reading import Reading
 from curiosight.datasets.recording import (
     Entry,
     GroundTruth,
     InstanceTruth,
     Recording,
-    image_size,
 )
+from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Label
 
@@ -43,6 +45,8 @@ class Bop(Recording):
     """
 
     name = "BOP"
+    evidence = "scene_camera.json with rgb/"
+    masks_may_be_labelled = False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -86,7 +90,14 @@ class Bop(Recording):
         scale = self._depth_scales.get(path)
         if scale is None:
             raise UnreadableFile(f"{FILE_NAME} gives no depth_scale for it")
-        return read_depth(path, scale)
+        return read_depth(path, DepthForm(scale))
+
+    def read_as(self, reading: Reading) -> Self:
+        """Return the same recording, read as its owner says."""
+        other = super().read_as(reading)
+        if reading.depth_scale:
+            other._depth_scales = dict.fromkeys(self._depth_scales, reading.depth_scale)
+        return other
 
     def has_ground_truth(self, index: int) -> bool:
         """Tell whether there are visible masks for the frame, or a file that replaces them."""

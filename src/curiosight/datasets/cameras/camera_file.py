@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.depth_files import DepthForm
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Label
 
@@ -50,11 +51,19 @@ GROUND_TRUTH_VALUES = LabelValues(support=frozenset({0}), objects_from=255)
 
 @dataclass(frozen=True, slots=True)
 class CameraFile:
-    """What `camera.json` says; `labels` is None where it says nothing about them."""
+    """What `camera.json`, or a file of others, says; `labels` is None where it says none.
+
+    depth_scale: metres per unit; None = not said. is_assumed: the camera is not said either.
+    """
 
     camera: Camera
-    depth_scale: float
+    depth_scale: float | None
     labels: LabelValues | None = None
+    is_assumed: bool = False
+
+    def depth_form(self, usual: DepthForm) -> DepthForm:
+        """Return how depth is to be read. usual: where the file does not say it."""
+        return usual if self.depth_scale is None else DepthForm(self.depth_scale)
 
 
 def read_camera_file(folder: Path) -> CameraFile | None:

@@ -13,17 +13,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.datasets.camera_file import FILE_NAME
-from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset
-from curiosight.datasets.rl_iac import IMAGE_FOLDER, MILLIMETRE
-from curiosight.datasets.rl_iac_tables import (
+from curiosight.datasets.cameras.camera_file import FILE_NAME
+from curiosight.datasets.depth_files import MILLIMETRES
+from curiosight.datasets.layouts.rl_iac import IMAGE_FOLDER
+from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
     GraphNode,
     format_graph,
     format_regions,
 )
+from curiosight.datasets.prefetch import Prefetch
+from curiosight.datasets.recording import Dataset
 from curiosight.errors import DataError
 from curiosight.files import replace_file, writing
 from curiosight.frame import Camera, Depth, Frame
@@ -141,7 +142,7 @@ def _file_names(ids: Sequence[str]) -> list[str]:
 
 def _millimetres(depth: Depth) -> npt.NDArray[np.uint16]:
     """Return whole millimetres, 0 = no reading or beyond what 16 bits hold."""
-    units = np.nan_to_num(np.round(depth / MILLIMETRE))
+    units = np.nan_to_num(np.round(depth / MILLIMETRES.scale))
     return np.where(units <= MAX_MILLIMETRES, units, 0).astype(np.uint16)
 
 
@@ -153,4 +154,4 @@ def _write_png(path: Path, image: npt.NDArray[Any]) -> None:
 
 def _camera_json(camera: Camera) -> str:
     content = {key: value for key, value in asdict(camera).items() if value is not None}
-    return json.dumps({**content, "depth_scale": MILLIMETRE}, indent=2) + "\n"
+    return json.dumps({**content, "depth_scale": MILLIMETRES.scale}, indent=2) + "\n"

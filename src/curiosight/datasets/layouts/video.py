@@ -21,6 +21,7 @@ class Video:
     """A video without depth. Frames are read in order; going back starts again at the front."""
 
     name = "video"
+    evidence = "the ending of a video"
     camera = None
     has_depth = False
     remarks: tuple[str, ...] = ()

@@ -1,0 +1,39 @@
+"""Read depth in the unit that a recording itself speaks for, where its own is contradicted."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+from curiosight.datasets.doubts import find_doubts
+from curiosight.datasets.reading import Reading
+from curiosight.datasets.recording import Recording
+
+# Bits first, then the unit that they hide.
+N_FAULTS = 2
+ROTATED_BITS = 3
+
+
+def fix_units(recording: Recording) -> Recording:
+    """Return the same recording in the unit that fits, and remark on it; or it as it is.
+
+    What fits is told by `find_doubts`.
+    """
+    for _ in range(N_FAULTS):
+        faults = {doubt.code: doubt for doubt in find_doubts(recording)}
+        if "bits" in faults:
+            recording = copy.copy(recording)
+            recording.depth_form = replace(recording.depth_form, rotated_bits=ROTATED_BITS)
+            recording = _remarked(recording, "the bits of depth are rotated back by 3")
+        elif "unit" in faults and faults["unit"].factor is not None:
+            scale = recording.depth_scale * faults["unit"].factor
+            recording = recording.read_as(Reading(depth_scale=scale))
+            recording = _remarked(recording, f"depth is read in units of {scale:.6g} m, which fit")
+        else:
+            break
+    return recording
+
+
+def _remarked(recording: Recording, remark: str) -> Recording:
+    recording.remarks_on_files = (*recording.remarks_on_files, remark)
+    return recording

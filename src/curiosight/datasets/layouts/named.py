@@ -1,0 +1,104 @@
+"""Read any folder whose names tell colour from depth: color_7.png, depth_7.npy, and their like."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.depth_files import assumed_form
+from curiosight.datasets.listing import find_ground_truth, find_sequences
+from curiosight.datasets.pairs import Pairing, pair_folder
+from curiosight.datasets.pose_files import find_poses
+from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.sizes import image_size
+
+# Folders below the one that was opened in which frames are looked for.
+N_LEVELS = 2
+
+
+class Named(Recording):
+    """Colour and depth that go together by name, in one folder or in two, or sequences of these.
+
+    Depth in whole numbers is in millimetres, in floats in metres, unless a camera file says
+    otherwise.
+    """
+
+    name = "colour and depth by name"
+    # Words in the names of images that are no colour and yet read.
+    read_too: tuple[str, ...] = ()
+    evidence = "names such as color_N.png with depth_N.npy, or N.png with N_depth.png"
+
+    @classmethod
+    def recognises(cls, path: Path) -> bool:
+        """Tell whether the names in the folder itself tell colour from depth."""
+        return path.is_dir() and pair_folder(path) is not None
+
+    @classmethod
+    def recognises_below(cls, path: Path) -> bool:
+        """Tell whether the names in folders below tell colour from depth."""
+        return path.is_dir() and bool(_sequences(path))
+
+    def __init__(self, path: Path) -> None:
+        entries: list[Entry] = []
+        remarks: list[str] = []
+        reasons: list[str] = []
+        sequences = _sequences(path)
+        for prefix, folder in sequences.items():
+            pairing = pair_folder(folder)
+            assert pairing is not None
+            listed = self.list_entries(path, folder, prefix, pairing)
+            # Several sequences may have as many worlds.
+            entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
+            reasons.append(f"{prefix}{pairing.how}")
+            remarks += self._remarks(prefix, pairing)
+        size = image_size(path, [entry.rgb for entry in entries])
+        calibration = find_calibration(path, size, remarks)
+        assumed = assumed_form(entry.depth for entry in entries if entry.depth)
+        super().__init__(
+            path,
+            entries,
+            calibration.camera,
+            depth_form=calibration.depth_form(assumed),
+            labels=calibration.labels,
+            remarks=remarks,
+            reasons=list(dict.fromkeys(reasons)),
+        )
+
+    def _remarks(self, prefix: str, pairing: Pairing) -> Iterator[str]:
+        if pairing.n_without_depth:
+            yield f"{prefix}{pairing.n_without_depth} colour images have no depth: left out"
+        left_out = [n for n in pairing.left_out if not any(word in n for word in self.read_too)]
+        if left_out:
+            yield f"{prefix}left out, for their names: {', '.join(left_out)}"
+
+    def list_entries(self, root: Path, folder: Path, prefix: str, pairing: Pairing) -> list[Entry]:
+        """Return the frames of one folder; what else belongs to a frame is found here."""
+        ground_truth = find_ground_truth(root, folder, prefix)
+        return [
+            Entry(
+                id=prefix + pair.id,
+                rgb=pair.rgb,
+                depth=pair.depth,
+                confidence=pair.confidence,
+                ground_truth=ground_truth.get(pair.id),
+            )
+            for pair in pairing.pairs
+        ]
+
+
+def with_poses(folder: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
+    """Add the poses that a folder holds, in whatever files, to its frames; remark on them."""
+    found = find_poses(folder, [entry.rgb.stem for entry in entries])
+    if found is None:
+        return entries
+    remarks.append(found.remark)
+    return [
+        replace(entry, T_world_camera=pose)
+        for entry, pose in zip(entries, found.poses, strict=True)
+    ]
+
+
+def _sequences(path: Path) -> dict[str, Path]:
+    return find_sequences(path, lambda folder: pair_folder(folder) is not None, levels=N_LEVELS)

@@ -1,0 +1,43 @@
+"""How a recording is to be read, where its owner knows better than its files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# A unit of 10 cm is coarser than any depth camera: such a number is units per metre.
+MAX_DEPTH_SCALE = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What overrules the files of a recording; the defaults overrule nothing.
+
+    depth_scale: metres per unit of depth; 0 = as the recording says or its layout has it.
+    fix_units: read depth in the unit that its own readings and the poses speak for, where the
+        recording's contradicts them.
+    invert_poses: poses are world to camera.
+    min_confidence: readings less sure than this are none; -1 = 1 of 0 to 2 where the
+        recording has confidence, which leaves out what the sensor itself calls low.
+    depth_camera: a file with the intrinsics of the depth camera and `T_colour_depth`, for depth
+        that is not registered to colour; "" = none.
+    """
+
+    depth_scale: float = 0.0
+    fix_units: bool = False
+    invert_poses: bool = False
+    min_confidence: int = -1
+    depth_camera: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.depth_scale <= MAX_DEPTH_SCALE:
+            raise ValueError(
+                "depth_scale: expected metres per unit, 0.001 for millimetres, "
+                f"got {self.depth_scale}"
+            )
+        if self.min_confidence < -1:
+            raise ValueError(f"min_confidence: expected 0 or more, got {self.min_confidence}")
+        if self.fix_units and self.depth_scale:
+            raise ValueError("fix_units: expected it or depth_scale, got both")
+
+
+AS_RECORDED = Reading()
