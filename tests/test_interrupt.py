@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -82,7 +83,7 @@ def test_terminal_that_closes_is_told_of_twice_and_is_one_wish() -> None:
 def test_explore_interrupted_in_its_setup_writes_nothing(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    interrupt_at(monkeypatch, sys.modules["curiosight.experiments.exploring"], "make_teacher")
+    interrupt_at(monkeypatch, import_module("curiosight.experiments.exploring"), "make_teacher")
     outcome = call(capsys, "explore", room, "--out", tmp_path / "out")
     assert outcome == Outcome(130, "", "curiosight: interrupted\n")
     assert not (tmp_path / "out").exists()
@@ -127,7 +128,7 @@ def test_learn_interrupted_keeps_what_it_saw(
 def test_segment_interrupted_keeps_what_it_wrote(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    interrupt_at(monkeypatch, sys.modules["curiosight.cli.segment"], "overlay_labels", turn=2)
+    interrupt_at(monkeypatch, import_module("curiosight.cli.segment"), "overlay_labels", turn=2)
     outcome = call(capsys, "segment", room, "--out", tmp_path / "out")
     assert outcome.status == 130
     assert "stopped after 2 frames; these are kept" in outcome.err
