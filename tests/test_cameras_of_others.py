@@ -10,7 +10,8 @@ import pytest
 from scipy.io import savemat
 
 from curiosight.datasets import open_dataset
-from curiosight.datasets.cameras.intrinsics import find_camera, read_intrinsics
+from curiosight.datasets.cameras.find_camera import find_camera
+from curiosight.datasets.cameras.intrinsics import read_intrinsics
 from curiosight.errors import DataError
 from recordings import SIZE, write_folder
 from room import kinect

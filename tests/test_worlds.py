@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from curiosight.datasets.recording import Dataset
+from curiosight.datasets.dataset import Dataset
 from curiosight.explorer.regions import time_regions
 from curiosight.explorer.strategies import Chronological, Iac
 from curiosight.frame import Camera, Frame, Pose, Viewpoint

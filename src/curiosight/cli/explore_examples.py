@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from curiosight.datasets import Dataset
-from curiosight.datasets.recording import GroundTruth
+from curiosight.datasets.dataset import GroundTruth
 from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
 from curiosight.explore import Step

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import numpy as np
 
-from curiosight.datasets.recording import Dataset
+from curiosight.datasets.dataset import Dataset
 from curiosight.frame import Camera, Frame, Pose, is_rigid
 
 MEMBERS = (

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Self
 
-from curiosight.datasets.recording import Dataset
+from curiosight.datasets.dataset import Dataset
 from curiosight.frame import Frame
 
 

@@ -1,4 +1,4 @@
-"""What a dataset is, and the class that all loaders of image files build on."""
+"""The class that all layouts of image files build on."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import copy
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, Self, TypeVar, runtime_checkable
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from curiosight.datasets.cameras.camera_file import (
     scaled_camera,
 )
 from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_camera, with_window
+from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
 from curiosight.datasets.masks import (
@@ -39,69 +40,11 @@ from curiosight.datasets.sizes import (
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 
-GroundTruth = npt.NDArray[np.uint8]
-InstanceTruth = npt.NDArray[np.int32]
 Image = TypeVar("Image", Rgb, Depth)
 
 UNITS = {1.0: "a metre", 0.001: "a millimetre"}
 # What the makers of phones call medium; below it are edges and what is too far.
 USUAL_CONFIDENCE = 1
-
-
-class Dataset(Protocol):
-    """A recording to look at, frame by frame; `check_dataset` tells whether it keeps its word.
-
-    name: the layout, such as "7-Scenes".
-    ids: one unique name a frame, usable as a relative file name; outputs are named by it.
-    poses: (4, 4) camera-to-world of the colour camera or None, known without decoding.
-    camera: intrinsics of the colour image; None only where `has_depth` is False.
-    remarks: sentences on how the source was read that its owner should know.
-    """
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def ids(self) -> Sequence[str]: ...
-    @property
-    def poses(self) -> Sequence[Pose | None]: ...
-    @property
-    def camera(self) -> Camera | None: ...
-    @property
-    def has_depth(self) -> bool: ...
-    @property
-    def remarks(self) -> Sequence[str]: ...
-
-    def __len__(self) -> int: ...
-
-    def __getitem__(self, index: int) -> Frame:
-        """Decode a frame; what is wrong with it stands in `Frame.problem`, nothing is raised."""
-        ...
-
-    def has_ground_truth(self, index: int) -> bool:
-        """Tell whether `ground_truth` has an answer, without decoding it."""
-        ...
-
-    def ground_truth(self, index: int) -> GroundTruth | None:
-        """Return (H, W) uint8: 255 salient, 0 not salient, 125 ignored; None if there is none."""
-        ...
-
-
-@runtime_checkable
-class KnowsDistances(Protocol):
-    """A dataset that knows more than its depth sensor sees, such as a drawn room."""
-
-    def true_depth(self, index: int) -> Depth:
-        """Return (H, W) float32 metres along z, without noise, holes or limit of range."""
-        ...
-
-
-@runtime_checkable
-class KnowsInstances(Protocol):
-    """A dataset whose ground truth may tell one object from another."""
-
-    def instance_truth(self, index: int) -> InstanceTruth | None:
-        """Return (H, W) int32: a number an object, 0 = none, -1 = ignored; None if unknown."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

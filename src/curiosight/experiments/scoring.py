@@ -10,7 +10,7 @@ import numpy as np
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, KnowsDistances, KnowsInstances, Prefetch
-from curiosight.datasets.recording import InstanceTruth
+from curiosight.datasets.dataset import InstanceTruth
 from curiosight.errors import DataError
 from curiosight.evaluation import TeacherScores, score_frame
 from curiosight.evaluation.teacher_counts import Mask

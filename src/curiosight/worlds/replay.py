@@ -9,8 +9,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset
 from curiosight.frame import Frame, Viewpoint
 from curiosight.worlds.travel import travel, travel_seconds
 

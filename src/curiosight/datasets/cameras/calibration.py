@@ -15,12 +15,9 @@ from curiosight.datasets.cameras.camera_file import (
     scaled_camera,
 )
 from curiosight.datasets.cameras.camera_text import read_leaves
-from curiosight.datasets.cameras.intrinsics import (
-    FOREIGN_KEYS,
-    FoundCamera,
-    find_camera,
-    read_intrinsics,
-)
+from curiosight.datasets.cameras.find_camera import find_camera
+from curiosight.datasets.cameras.intrinsics import FoundCamera, read_intrinsics
+from curiosight.datasets.cameras.key_names import FOREIGN_KEYS
 from curiosight.datasets.sizes import Size, has_shape_of
 from curiosight.frame import Camera
 

@@ -1,94 +1,25 @@
-"""Find and read the camera files of others: JSON, YAML, text; whatever they call their numbers."""
+"""Read the camera files of others: JSON, YAML, MATLAB, text; whatever their numbers are called."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from curiosight.datasets.cameras.camera_text import Leaves, read_leaves
+from curiosight.datasets.cameras.key_names import (
+    FOCAL_KEYS,
+    MATRIX_KEYS,
+    POSE_KEYS,
+    SCALE_KEYS,
+    SIZE_KEYS,
+)
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose, is_rigid
 
-ENDINGS = (
-    ".json",
-    ".yaml",
-    ".yml",
-    ".txt",
-    ".intr",
-    ".ini",
-    ".cfg",
-    ".csv",
-    ".conf",
-    ".xml",
-    ".mat",
-)
-MAX_BYTES = 200_000
-# What a file's name says where it is about a camera.
-NAMED = re.compile(
-    r"cam(?!el)|intr|calib|kinect|realsense|primesense|param|(^|[_.-])K[_.-]|meta|info"
-)
-MATRIX_KEYS = (
-    *("cam_k", "k", "intrinsic_matrix", "camera_matrix", "cameramatrix", "intrinsic", "intrinsics"),
-    *("intrinsics_matrix", "matrix", "rgb_intrinsics", "color_intrinsics", "colour_intrinsics"),
-    *("camera_intrinsics", "camera_intrinsic", "color_intrinsic", "depth_intrinsic", "kmat"),
-)
-FOCAL_KEYS = {
-    "fx": ("fx", "f_x", "focal_x", "fl_x", "focal_length_x", "fu", "alpha_x"),
-    "fy": ("fy", "f_y", "focal_y", "fl_y", "focal_length_y", "fv", "alpha_y"),
-    "cx": ("cx", "c_x", "ppx", "x_offset", "principal_x", "principal_point_x", "u0", "x0", "pp_x"),
-    "cy": ("cy", "c_y", "ppy", "y_offset", "principal_y", "principal_point_y", "v0", "y0", "pp_y"),
-}
-SIZE_KEYS = (
-    ("width", "w", "img_width", "image_width", "im_width", "cols", "colorwidth", "m_colorwidth"),
-    (
-        "height",
-        "h",
-        "img_height",
-        "image_height",
-        "im_height",
-        "rows",
-        "colorheight",
-        "m_colorheight",
-    ),
-)
-SCALE_KEYS = (
-    "depth_scale",
-    "depthscale",
-    "depth_factor",
-    "png_depth_scale",
-    "factor_depth",
-    "depthmapfactor",
-    "depth_map_factor",
-    "depth_unit",
-    "depth_units",
-    "depth_shift",
-    "depthshift",
-    "m_depthshift",
-    "scale_factor",
-    "depth_scale_factor",
-)
-POSE_KEYS = (
-    "t_colour_depth",
-    "t_color_depth",
-    "depth_to_color",
-    "depth_to_colour",
-    "depth2color",
-    "depth_to_rgb",
-    "depth2rgb",
-    "t_rgb_depth",
-    "extrinsics",
-    "extrinsic",
-    "transform",
-    "depth_to_color_extrinsics",
-)
-# What others write that is no key of ours, mistyped.
-FOREIGN_KEYS = frozenset(
-    (*MATRIX_KEYS, *sum(FOCAL_KEYS.values(), ()), *sum(SIZE_KEYS, ()), *SCALE_KEYS, *POSE_KEYS)
-)
 COLOUR = re.compile(r"colou?r|rgb")
 DEPTH = re.compile(r"depth|(^|[_./-])ir($|[_./-])")
 MAX_FOCAL_PX = 20_000.0
@@ -126,21 +57,6 @@ class FoundCamera:
             raise DataError(self.path, f"is no camera ({error})", "correct its numbers") from None
 
 
-def find_camera(folder: Path, *, avoid: Iterable[str] = ()) -> FoundCamera | None:
-    """Return the intrinsics of a file in a folder, in one of its folders, or one folder up.
-
-    A file's name must speak of a camera unless it is the folder's own. avoid: names of files
-    that are something else. None where no file holds intrinsics.
-    """
-    skipped = {name.lower() for name in avoid}
-    for path in _candidates(folder):
-        found = None if path.name.lower() in skipped else read_intrinsics(path)
-        # A list of numbers is a camera only where the file's name says so.
-        if found is not None and (found.is_named or NAMED.search(path.stem)):
-            return found
-    return None
-
-
 def read_intrinsics(path: Path, *, of_depth: bool = False) -> FoundCamera | None:
     """Return the intrinsics that a file holds, or None.
 
@@ -173,33 +89,6 @@ def read_camera_and_pose(path: Path, size: tuple[int, int] | None) -> tuple[Came
     if found.size is None and size is None:
         raise DataError(path, "does not say for what size of images", 'give "width", "height"')
     return found.camera(size or (1, 1)), _pose(path, read_leaves(path) or [])
-
-
-def _candidates(folder: Path) -> Iterator[Path]:
-    """Yield files that may hold intrinsics, the likeliest first."""
-    own = _texts(folder)
-    yield from (path for path in own if NAMED.search(path.stem) or path.suffix == ".intr")
-    below = [child for child in _children(folder) if child.is_dir()]
-    yield from (path for child in below for path in _texts(child) if NAMED.search(path.stem))
-    above = folder.resolve().parent
-    yield from (p for p in _texts(above) if NAMED.search(p.stem) or p.suffix == ".intr")
-    yield from (path for path in own if not NAMED.search(path.stem))
-
-
-def _texts(folder: Path) -> list[Path]:
-    """Return a folder's small text files; of many that are alike, one a frame, the first."""
-    files: dict[str, Path] = {}
-    for path in _children(folder):
-        if path.suffix.lower() in ENDINGS and path.is_file() and path.stat().st_size <= MAX_BYTES:
-            files.setdefault(re.sub(r"\d+", "0", path.name), path)
-    return list(files.values())
-
-
-def _children(folder: Path) -> list[Path]:
-    try:
-        return sorted(child for child in folder.iterdir() if not child.name.startswith("."))
-    except OSError:
-        return []
 
 
 def _intrinsic_numbers(

@@ -10,6 +10,7 @@ from typing import Self
 
 import numpy as np
 
+from curiosight.datasets.dataset import GroundTruth, InstanceTruth
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import DepthForm, read_depth
 from curiosight.datasets.layouts.bop_camera import FILE_NAME, BopView, read_scene_camera
@@ -21,12 +22,7 @@ from curiosight.datasets.listing import (
     subfolder,
 )
 from curiosight.datasets.reading import Reading
-from curiosight.datasets.recording import (
-    Entry,
-    GroundTruth,
-    InstanceTruth,
-    Recording,
-)
+from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Label

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.datasets.cameras.camera_file import FILE_NAME
+from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.layouts.rl_iac import IMAGE_FOLDER
 from curiosight.datasets.layouts.rl_iac_tables import (
@@ -24,7 +25,6 @@ from curiosight.datasets.layouts.rl_iac_tables import (
     format_regions,
 )
 from curiosight.datasets.prefetch import Prefetch
-from curiosight.datasets.recording import Dataset
 from curiosight.errors import DataError
 from curiosight.files import replace_file, writing
 from curiosight.frame import Camera, Depth, Frame

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.decoding import UnreadableFile
-from curiosight.datasets.recording import GroundTruth
 from curiosight.datasets.video_frames import VideoFrames
 from curiosight.errors import DataError
 from curiosight.frame import Frame, Pose
