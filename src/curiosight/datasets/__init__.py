@@ -8,14 +8,21 @@ from pathlib import Path
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.folder import Folder
+from curiosight.datasets.layouts.icl_nuim import IclNuim
 from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.refused import REFUSED
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
 from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
 from curiosight.datasets.layouts.rl_iac import RlIac
 from curiosight.datasets.layouts.rl_iac_tables import GraphNode
 from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
 from curiosight.datasets.layouts.seven_scenes import SevenScenes
+from curiosight.datasets.layouts.sun3d import Sun3d
+from curiosight.datasets.layouts.sun_rgbd import SunRgbd
+from curiosight.datasets.layouts.three_d_match import ThreeDMatch
+from curiosight.datasets.layouts.tum_associations import TumAssociations
 from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
@@ -37,10 +44,12 @@ __all__ = [
     "Entry",
     "Folder",
     "GraphNode",
+    "IclNuim",
     "Images",
     "KnowsDistances",
     "KnowsInstances",
     "ObjectBox",
+    "Open3d",
     "Osd",
     "Prefetch",
     "Reading",
@@ -50,6 +59,10 @@ __all__ = [
     "RlIac",
     "RlIacWriter",
     "SevenScenes",
+    "Sun3d",
+    "SunRgbd",
+    "ThreeDMatch",
+    "TumAssociations",
     "TumRgbd",
     "Video",
     "check_dataset",
@@ -59,12 +72,18 @@ __all__ = [
 
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
+    IclNuim,
     TumRgbd,
+    TumAssociations,
+    ThreeDMatch,
     SevenScenes,
     RgbdScenes,
     RgbdScenesV2,
     Bop,
+    SunRgbd,
+    Sun3d,
     Osd,
+    Open3d,
     Folder,
     RlIac,
     Images,
@@ -103,7 +122,7 @@ def open_dataset(
 def _open(path: Path) -> Recording | Video:
     if not path.exists():
         raise DataError(path, "does not exist", "check the path")
-    for source in SOURCES:
+    for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
     if path.is_file():

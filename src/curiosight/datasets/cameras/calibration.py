@@ -60,7 +60,7 @@ def find_calibration(
     Raises `DataError` where `camera.json` is no good.
     """
     if (path / FILE_NAME).is_file() and not _is_of_others(path / FILE_NAME):
-        own = read_camera_file(path)
+        own = read_camera_file(path, may_be_y_up=True)
         assert own is not None
         return own
     found = find_camera(path, avoid=avoid)
@@ -77,7 +77,7 @@ def find_calibration(
         f"camera of {name}: fx {found.fx:.6g}, fy {found.fy:.6g}, cx {found.cx:.6g}, "
         f"cy {found.cy:.6g}; {unit}"
     )
-    return CameraFile(camera, found.depth_scale or usual.depth_scale)
+    return CameraFile(camera, found.depth_scale or usual.depth_scale, is_y_up=found.fy < 0)
 
 
 def _is_of_others(path: Path) -> bool:

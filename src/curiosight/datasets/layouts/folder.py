@@ -12,6 +12,7 @@ from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.pose_match import match_stamps
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.trajectory import read_trajectory, table_rows
+from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Pose
 
@@ -32,7 +33,7 @@ class Folder(Recording):
         return (path / "rgb").is_dir() and (path / "depth").is_dir()
 
     def __init__(self, path: Path) -> None:
-        calibration = read_camera_file(path)
+        calibration = read_camera_file(path, may_be_y_up=True)
         if calibration is None:
             raise DataError(path, f"has no {FILE_NAME}", REMEDY)
         images = list_images(path / "rgb")
@@ -54,6 +55,8 @@ class Folder(Recording):
             )
             for (id, rgb), pose, stamp in zip(images.items(), poses, stamps, strict=True)
         ]
+        if calibration.is_y_up:
+            entries = with_y_down(entries, remarks)
         super().__init__(
             path,
             entries,

@@ -12,6 +12,7 @@ from curiosight.datasets.listing import find_ground_truth, frame_id
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, table_rows
+from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -39,7 +40,7 @@ class TumRgbd(Recording):
     def __init__(self, path: Path) -> None:
         listed, depth = _read_list(path / "rgb.txt"), _read_list(path / "depth.txt")
         colour = sorted(set(listed))
-        pairs = _associate(colour, depth)
+        pairs = associate(colour, depth)
         if not pairs:
             raise DataError(
                 path,
@@ -56,6 +57,8 @@ class TumRgbd(Recording):
         entries = _entries(path, pairs, remarks)
         size = image_size(path, [entry.rgb for entry in entries])
         calibration = find_calibration(path, size, remarks, USUAL)
+        if calibration.is_y_up:
+            entries = with_y_down(entries, remarks)
         super().__init__(
             path,
             entries,
@@ -83,7 +86,7 @@ def _read_list(path: Path) -> list[tuple[int, Path]]:
     return sorted(images)
 
 
-def _associate(
+def associate(
     colour: list[tuple[int, Path]], depth: list[tuple[int, Path]]
 ) -> list[tuple[int, Path, Path]]:
     """Pair every colour image with the depth image nearest in time, within 20 ms."""
