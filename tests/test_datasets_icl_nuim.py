@@ -18,17 +18,17 @@ from room import kinect, poses_around, render
 
 SIZE = (160, 120)
 UPWARD = np.diag([1.0, -1.0, 1.0, 1.0])
-# From a world with z up, ours, to one with y up, theirs: right-handed both.
-T_THEIRS_OURS = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+# From the room's world with z up to one with y down, right-handed both.
+T_READ_ROOM = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 def published(pose: Pose) -> Pose:
-    """Return what ICL-NUIM writes for a camera.
+    """Return what ICL-NUIM writes for a camera: x_world = T x_camera.
 
-    Its camera has y up and its world is the mirror of ours: x_world = T x_camera with T rigid.
+    POV-Ray's axes are left-handed: x right, y up, z forward, of the camera and of the world.
     """
-    mirrored_world = UPWARD @ T_THEIRS_OURS
-    return mirrored_world @ pose @ UPWARD
+    T_published_room = UPWARD @ T_READ_ROOM
+    return T_published_room @ pose @ UPWARD
 
 
 def write_icl(root: Path, n_frames: int = 4, *, first_pose: int = 1) -> None:
@@ -59,11 +59,9 @@ def points_in_world(dataset: Recording | Video, index: int) -> np.ndarray:
 
 def assert_room(dataset: Recording | Video, first: int) -> None:
     """Check that all frames see one floor, at one height, and poses are the room's own."""
-    world = T_THEIRS_OURS
-    turned = UPWARD @ UPWARD @ world  # mirrored twice: rigid again
     for index, pose in enumerate(poses_around(len(dataset))):
         if index >= first:
-            np.testing.assert_allclose(dataset.poses[index], turned @ pose, atol=1e-6)
+            np.testing.assert_allclose(dataset.poses[index], T_READ_ROOM @ pose, atol=1e-6)
             down = points_in_world(dataset, index)
             # The floor is z = 0 of the room, y = 0 there, and nothing is below it.
             assert np.percentile(np.abs(down[1]), 30) < 0.02
@@ -89,8 +87,8 @@ def test_as_many_poses_as_images_are_matched_by_number_nevertheless(tmp_path: Pa
     (tmp_path / "rgb/0.png").unlink()
     dataset = open_dataset(tmp_path)
     assert list(dataset.ids) == ["1", "2", "3"]
-    turned = T_THEIRS_OURS @ poses_around(4)[1]
-    np.testing.assert_allclose(dataset.poses[0], turned, atol=1e-6)
+    right = T_READ_ROOM @ poses_around(4)[1]
+    np.testing.assert_allclose(dataset.poses[0], right, atol=1e-6)
 
 
 def test_plain_folder_with_negative_fy(tmp_path: Path) -> None:

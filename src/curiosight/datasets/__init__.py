@@ -23,6 +23,7 @@ from curiosight.datasets.layouts.sun3d import Sun3d
 from curiosight.datasets.layouts.sun_rgbd import SunRgbd
 from curiosight.datasets.layouts.three_d_match import ThreeDMatch
 from curiosight.datasets.layouts.tum_associations import TumAssociations
+from curiosight.datasets.layouts.tum_one_list import TumOneList
 from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
@@ -63,6 +64,7 @@ __all__ = [
     "SunRgbd",
     "ThreeDMatch",
     "TumAssociations",
+    "TumOneList",
     "TumRgbd",
     "Video",
     "check_dataset",
@@ -75,6 +77,7 @@ SOURCES = (
     IclNuim,
     TumRgbd,
     TumAssociations,
+    TumOneList,
     ThreeDMatch,
     SevenScenes,
     RgbdScenes,

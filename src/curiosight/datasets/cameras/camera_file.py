@@ -84,9 +84,8 @@ def read_camera_file(folder: Path, *, may_be_y_up: bool = False) -> CameraFile |
         _check_whole(path, key, content[key], minimum=1)
     for key in NUMBERS:
         is_turned = key == "fy" and may_be_y_up and _is_negative(content[key])
-        _check_number(
-            path, key, content[key], is_positive=key not in ("cx", "cy") and not is_turned
-        )
+        is_signed = is_turned or key in ("cx", "cy")
+        _check_number(path, key, content[key], is_positive=not is_signed)
     if content["depth_scale"] > MAX_DEPTH_SCALE:
         raise _wrong(path, "depth_scale", "metres per unit, at most 0.1", content["depth_scale"])
     return CameraFile(

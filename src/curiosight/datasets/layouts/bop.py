@@ -166,9 +166,7 @@ def _list_scene(
             Entry(
                 id=prefix + id,
                 rgb=rgb,
-                depth=depth.get(rgb.stem, scene / "depth" / f"{rgb.stem}.png")
-                if has_depth
-                else None,
+                depth=depth.get(rgb.stem, missing) if has_depth else None,
                 T_world_camera=view.T_world_camera if view else None,
                 ground_truth=ground_truth.get(id),
                 problem=view.problem if view else f"{FILE_NAME} says nothing of it",

@@ -75,7 +75,7 @@ class TumAssociations(Recording):
         if len(listed) < len(pairs):
             n_repeated = len(pairs) - len(listed)
             remarks.append(f"{n_repeated} lines of {file.name} repeat another: left out")
-        entries = _with_poses(path, list(listed.values()), remarks)
+        entries = with_poses(path, list(listed.values()), remarks)
         size = image_size(path, [entry.rgb for entry in entries])
         calibration = find_calibration(path, size, remarks, USUAL, avoid=(file.name,))
         if calibration.is_y_up:
@@ -142,7 +142,8 @@ def _is_depth(path: Path) -> bool:
     return True
 
 
-def _with_poses(path: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
+def with_poses(path: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
+    """Return the entries with the poses that the folder has for their stamps, and remark."""
     stamps = [entry.stamp_ns for entry in entries]
     found = find_poses(path, [entry.rgb.stem for entry in entries], stamps)
     if found is None:
