@@ -118,10 +118,12 @@ def test_fy_that_is_none_is_refused(tmp_path: Path, fy: object) -> None:
 def test_data_set_is_told_by_its_folder_where_poses_are_missing(tmp_path: Path) -> None:
     folder = tmp_path / "living_room_traj2_frei_png"
     write_icl(folder)
-    (folder / "livingRoom1.gt.freiburg").unlink()
+    (folder / "livingRoom1.gt.freiburg").rename(tmp_path / "livingRoom1.gt.freiburg")
     dataset = open_dataset(folder)
     assert dataset.name == "ICL-NUIM"
     assert set(dataset.poses) == {None}
+    (tmp_path / "livingRoom1.gt.freiburg").rename(tmp_path / "livingRoom2.gt.freiburg")
+    assert_room(open_dataset(folder), 1)
 
 
 def test_pov_ray_files_are_refused_with_a_way_out(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from curiosight.frame import Camera, Pose
 # The makers' own, but for the sign of fy: they have the y axis point up.
 CAMERA = Camera(640, 480, 481.2, 480.0, 319.5, 239.5)
 USUAL = Usual(CAMERA, 1 / 5000, "the makers' intrinsics and unit, 0.0002 m, are taken")
-FOLDER_NAME = re.compile(r"^(living_?room|office(_room)?)_(traj|kt)\d", re.IGNORECASE)
+FOLDER_NAME = re.compile(r"^(living|office)(?:_?room)?_(?:traj|kt)(\d)", re.IGNORECASE)
 
 
 class IclNuim(Recording):
@@ -74,7 +74,14 @@ class IclNuim(Recording):
 
 
 def _pose_file(path: Path) -> Path | None:
-    return next(iter(sorted(path.glob("*.gt.freiburg"))), None)
+    """Return the poses' file: in the folder, or beside it where the two are called alike."""
+    own = next(iter(sorted(path.glob("*.gt.freiburg"))), None)
+    match = FOLDER_NAME.match(path.resolve().name)
+    if own is not None or match is None:
+        return own
+    room = "livingRoom" if match[1].lower() == "living" else "traj"
+    beside = path.resolve().parent / f"{room}{match[2]}.gt.freiburg"
+    return beside if beside.is_file() else None
 
 
 def _number(name: str) -> str:

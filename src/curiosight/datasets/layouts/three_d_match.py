@@ -89,7 +89,8 @@ def _holds_frames(folder: Path) -> bool:
 def _camera_file(sequence: Path) -> Path | None:
     """Return the file with the intrinsics of a sequence, in it or one folder up."""
     for folder in (sequence, sequence.resolve().parent):
-        for path in sorted(folder.iterdir()):
+        # A folder that cannot be listed gives nothing here, where iterdir would raise.
+        for path in sorted(folder.glob("*.*")):
             if CAMERA_FILE.match(path.name) and read_intrinsics(path) is not None:
                 return path
     return None
