@@ -156,7 +156,7 @@ def test_tum_pairs_as_a_plain_search_does(colour_steps: list[int], depth_steps: 
         depth_stamp, file = min(depth, key=lambda image: abs(image[0] - stamp))
         if abs(depth_stamp - stamp) <= 20_000_000:
             expected.append((stamp, rgb, file))
-    assert tum_rgbd._associate(colour, depth) == expected
+    assert tum_rgbd.associate(colour, depth) == expected
 
 
 def test_tum_without_poses(tmp_path: Path) -> None:

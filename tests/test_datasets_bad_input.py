@@ -146,7 +146,7 @@ def test_paths_that_are_no_recordings(tmp_path: Path) -> None:
     assert "is an empty folder" in refusal(tmp_path)
     (tmp_path / "notes.txt").write_text("hello")
     assert "is a file, and no video" in refusal(tmp_path / "notes.txt")
-    assert "looked for rgb.txt with depth.txt (TUM RGB-D)" in refusal(tmp_path)
+    assert "rgb.txt with depth.txt (TUM RGB-D)" in refusal(tmp_path)
     write_osd(tmp_path / "scenes")
     assert f"did you mean {tmp_path / 'scenes'}?" in refusal(tmp_path)
 

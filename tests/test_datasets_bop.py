@@ -235,3 +235,34 @@ def test_camera_that_moves_in_the_image_is_refused(tmp_path: Path) -> None:
         change(tmp_path, str(image), cam_K=K)
     with pytest.raises(DataError, match="cam_K differs from image to image"):
         open_dataset(tmp_path)
+
+
+def test_tiff_and_arrays(tmp_path: Path) -> None:
+    """ITODD has grey and depth as TIFF; some write depth as arrays."""
+    views = write_bop(tmp_path, colour="gray/{}.tif")
+    for stem in ("000000", "000001"):
+        (tmp_path / f"depth/{stem}.png").rename(tmp_path / f"depth/{stem}.old")
+    write_depth(tmp_path / "depth/000000.tif", views[0].depth, DEPTH_SCALE / 1000)
+    units = np.nan_to_num(views[1].depth / (DEPTH_SCALE / 1000)).astype(np.uint32)
+    np.save(tmp_path / "depth/000001.npy", units)
+    dataset = bop(tmp_path)
+    assert dataset.ids == ("000000", "000001", "000002")
+    for index in range(3):
+        frame = dataset[index]
+        assert frame.problem is None
+        assert frame.depth is not None
+        np.testing.assert_array_equal(frame.rgb, views[index].rgb)
+        seen = np.isfinite(frame.depth) & (views[index].depth < 6.5)
+        assert seen.mean() > 0.5
+        np.testing.assert_allclose(frame.depth[seen], views[index].depth[seen], atol=2e-4)
+
+
+def test_camera_of_the_data_set_is_not_the_scenes(tmp_path: Path) -> None:
+    """T-LESS and YCB-V have files of several cameras beside their scenes."""
+    write_bop(tmp_path / "test/000001")
+    other = {"cx": 9, "cy": 9, "depth_scale": 1.0, "fx": 99, "fy": 99, "height": 9, "width": 9}
+    for folder in (tmp_path, tmp_path / "test"):
+        (folder / "camera.json").write_text(json.dumps(other))
+        (folder / "camera_uw.json").write_text(json.dumps(other))
+    for path in (tmp_path / "test", tmp_path / "test/000001"):
+        assert bop(path).camera == kinect()

@@ -240,3 +240,25 @@ def test_plain_folder_takes_poses_of_any_form(tmp_path: Path) -> None:
         assert pose is not None
         np.testing.assert_allclose(pose, right, atol=1e-6)
     assert any("traj.txt" in remark for remark in dataset.remarks)
+
+
+@pytest.mark.parametrize("name", ["frame_{}.{}", "rgb-{}-{}", "{}_{}_color", "cam0_{}{}"])
+def test_stamp_inside_a_name(tmp_path: Path, name: str) -> None:
+    stamps = [(1305031229 + index, 500000 + index) for index in range(3)]
+    lines = [
+        pose_line(0, pose).replace("0.000000", f"{seconds}.{micros}", 1)
+        for (seconds, micros), pose in zip(stamps, POSES[:3], strict=True)
+    ]
+    write(tmp_path / "groundtruth.txt", lines)
+    found = found_in(tmp_path, [name.format(*stamp) for stamp in stamps[1:]])
+    assert "by stamp" in found.remark
+    assert_poses(found, POSES[1:3])
+
+
+def test_images_that_a_tracker_lost_are_not_interpolated(tmp_path: Path) -> None:
+    """Where the file has images' own stamps, one that it leaves out has no pose."""
+    lines = [pose_line(STAMP + 0.1 * index, pose) for index, pose in enumerate(POSES)]
+    write(tmp_path / "trajectory.txt", [*lines[:1], *lines[2:]])
+    found = found_in(tmp_path, [f"{STAMP + 0.1 * index:.6f}" for index in range(4)])
+    assert_poses(found, [POSES[0], None, *POSES[2:]])
+    assert "it has none for 1 of 4 images" in found.remark

@@ -14,9 +14,12 @@ from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
 from curiosight.datasets.layouts.foreign import is_foreign, refusal
+from curiosight.datasets.layouts.icl_nuim import IclNuim
 from curiosight.datasets.layouts.images import Images
 from curiosight.datasets.layouts.named import Named
+from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.refused import REFUSED
 from curiosight.datasets.layouts.replica import Replica
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
 from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
@@ -27,6 +30,11 @@ from curiosight.datasets.layouts.scanner_app import ScannerApp
 from curiosight.datasets.layouts.scannet import ScanNet
 from curiosight.datasets.layouts.seven_scenes import SevenScenes
 from curiosight.datasets.layouts.stray_scanner import StrayScanner
+from curiosight.datasets.layouts.sun3d import Sun3d
+from curiosight.datasets.layouts.sun_rgbd import SunRgbd
+from curiosight.datasets.layouts.three_d_match import ThreeDMatch
+from curiosight.datasets.layouts.tum_associations import TumAssociations
+from curiosight.datasets.layouts.tum_one_list import TumOneList
 from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
@@ -45,11 +53,13 @@ __all__ = [
     "Entry",
     "Folder",
     "GraphNode",
+    "IclNuim",
     "Images",
     "KnowsDistances",
     "KnowsInstances",
     "Named",
     "ObjectBox",
+    "Open3d",
     "Osd",
     "Prefetch",
     "Reading",
@@ -63,6 +73,11 @@ __all__ = [
     "ScannerApp",
     "SevenScenes",
     "StrayScanner",
+    "Sun3d",
+    "SunRgbd",
+    "ThreeDMatch",
+    "TumAssociations",
+    "TumOneList",
     "TumRgbd",
     "Video",
     "check_dataset",
@@ -73,17 +88,24 @@ __all__ = [
 
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
+    IclNuim,
     TumRgbd,
+    TumAssociations,
+    TumOneList,
+    ThreeDMatch,
     SevenScenes,
     RgbdScenes,
     RgbdScenesV2,
     Bop,
+    SunRgbd,
+    Sun3d,
     ScannerApp,
     StrayScanner,
     ScanNet,
     ArkitScenes,
     Replica,
     Osd,
+    Open3d,
     Folder,
     RlIac,
     DexNet,
@@ -132,7 +154,7 @@ def _open(path: Path) -> Recording | Video:
         raise DataError(path, "does not exist", "check the path")
     if is_foreign(path):
         raise refusal(path)
-    for source in SOURCES:
+    for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
     if path.is_file():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
 from curiosight.datasets.masks import find_masks
@@ -32,14 +32,15 @@ def frame_id(path: Path) -> str:
     return stem
 
 
-def list_images(folder: Path) -> dict[str, Path]:
+def list_images(folder: Path, endings: Collection[str] = IMAGE_ENDINGS) -> dict[str, Path]:
     """Map frame ids to the colour images of a folder, in natural order; depth files left out.
 
-    Raises `DataError` where two files would give frames of the same id.
+    endings: of the images, in small letters. Raises `DataError` where two files would give
+    frames of the same id.
     """
     images: dict[str, Path] = {}
     for path in sorted(folder.iterdir(), key=lambda path: natural_key(path.name)):
-        is_image = path.suffix.lower() in IMAGE_ENDINGS and not path.name.startswith(".")
+        is_image = path.suffix.lower() in endings and not path.name.startswith(".")
         if not is_image or path.stem.endswith((".depth", "-depth", "_depth")):
             continue
         twin = images.setdefault(frame_id(path), path)

@@ -28,7 +28,7 @@ SPEAKING = tuple(
     )
 )
 GLOBAL_LOG = "trajectory.log"
-POSE_FOLDERS = ("pose", "poses", "camera-pose", "camera_pose", "camera_poses", "extrinsics", "")
+POSE_FOLDERS = ("pose", "poses", "camera-pose", "camera_pose", "camera_poses", "")
 POSE_SUFFIX = re.compile(r"[._-](?:camera[_-]?)?pose$", re.IGNORECASE)
 # Of the images that have a file of their own, below which these files are something else.
 MIN_SHARE_OF_FILES = 0.5

@@ -23,6 +23,8 @@ SAME_STAMP_NS = 1_000_000
 NS_PER_SECOND = 10**9
 # Seconds below this may as well be the numbers of frames.
 MIN_CLOCK_NS = 1_000_000 * NS_PER_SECOND
+# Seconds with a fraction, or whole milliseconds to nanoseconds.
+CLOCK = re.compile(r"(?<!\d)(?:(\d{10})[._-](\d{6}|\d{9})|(\d{13}|\d{16}|\d{19}))(?!\d)")
 COLOUR_SUFFIX = re.compile(r"[._-](?:rgb|colou?r|image)$", re.IGNORECASE)
 
 
@@ -47,7 +49,7 @@ def match_poses(
     keys = [row.key for row in rows]
     if any(key is not None and stamp_or_none(key) is None for key in keys):
         return _by_name(keys, names)
-    stamps = [stamp_or_none(plain_stem(name)) for name in names]
+    stamps = [stamp_in_name(plain_stem(name)) for name in names]
     if stamps_ns is not None:
         stamps = [
             of_name if own is None else own for own, of_name in zip(stamps_ns, stamps, strict=True)
@@ -70,6 +72,19 @@ def stamp_or_none(text: str) -> int | None:
         return parse_stamp(text)
     except ValueError:
         return None
+
+
+def stamp_in_name(name: str) -> int | None:
+    """Return nanoseconds of a name that is a time, or that holds one since 1970; None if none.
+
+    >>> stamp_in_name("rgb_1305031229_528748") == stamp_in_name("1305031229.528748")
+    True
+    """
+    inside = CLOCK.search(name)
+    if inside is None or stamp_or_none(name) is not None:
+        return stamp_or_none(name)
+    seconds, fraction, whole = inside.groups()
+    return stamp_or_none(whole or f"{seconds}.{fraction}")
 
 
 def varying_numbers(names: Sequence[str]) -> list[list[int]]:

@@ -25,6 +25,7 @@ NOT_A_NUMBER = re.compile(r"[-+]?nan(?:\(\w*\))?|[-+]?1\.#\w+", re.IGNORECASE)
 BETWEEN = re.compile(r"[\s,;\[\]]+")
 QUATERNION_WORD = re.compile(r"q(?:uat)?\w*?_?([wx])", re.IGNORECASE)
 MATRIX_SIZES = (12, 16)
+MAX_HEADER_LINES = 50
 N_OF_QUATERNION = 7
 
 Numbers = Sequence[float]
@@ -93,11 +94,12 @@ def _text(path: Path) -> tuple[list[_Line], str]:
     except (OSError, UnicodeDecodeError):
         return [], ""
     lines: list[_Line] = []
-    header = ""
+    header: list[str] = []
     for whole in text.splitlines():
         comment = COMMENT.search(whole)
         words = [word for word in BETWEEN.split(COMMENT.sub("", whole)) if word]
-        header += f" {comment[1]}" if comment and not lines else ""
+        if comment and not lines:
+            header.append(comment[1])
         if not words:
             continue
         numbers = [_number(word) for word in words]
@@ -105,11 +107,11 @@ def _text(path: Path) -> tuple[list[_Line], str]:
         values = [number for number in numbers[name is not None :] if number is not None]
         if len(values) == len(words) - (name is not None):
             lines.append(_Line(name, words, values))
-        elif lines:
+        elif lines or len(header) > MAX_HEADER_LINES:
             return [], ""  # words amid numbers: some other list
         else:
-            header += f" {whole}"
-    return lines, header
+            header.append(whole)
+    return lines, " ".join(header[:MAX_HEADER_LINES])
 
 
 def _number(word: str) -> float | None:

@@ -78,7 +78,7 @@ def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
             stamp, look = f"{FIRST_STAMP_S + index}.000000", views.look(index)
             assert look.frame.depth is not None
             out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
-            out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.DEPTH_SCALE))
+            out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.UNIT.scale))
             out.write_image(f"ground_truth/{stamp}.png", look.truth)
             stamps.append(stamp)
             yield look.frame
@@ -104,7 +104,7 @@ def _in_units(depth: Depth, scale: float) -> npt.NDArray[np.uint16]:
 
 def _camera_file(camera: Camera) -> dict[str, Any]:
     numbers = {key: getattr(camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
-    return {**numbers, "depth_scale": tum_rgbd.DEPTH_SCALE}
+    return {**numbers, "depth_scale": tum_rgbd.UNIT.scale}
 
 
 def _pose_line(stamp: str, pose: Pose) -> str:

@@ -50,7 +50,7 @@ def find_calibration(
     Raises `DataError` where `camera.json` is no good.
     """
     if (path / FILE_NAME).is_file() and not _is_of_others(path / FILE_NAME):
-        own = read_camera_file(path)
+        own = read_camera_file(path, may_be_y_up=True)
         assert own is not None
         return own
     found = find_camera(path, avoid=avoid)
@@ -62,7 +62,7 @@ def find_calibration(
         f"camera of {_shown(found.path, path)}: fx {camera.fx:.6g}, fy {camera.fy:.6g}, "
         f"cx {camera.cx:.6g}, cy {camera.cy:.6g}"
     )
-    return CameraFile(camera, found.depth_scale)
+    return CameraFile(camera, found.depth_scale, is_y_up=found.fy < 0)
 
 
 def _is_of_others(path: Path) -> bool:

@@ -54,20 +54,26 @@ class CameraFile:
     """What `camera.json`, or a file of others, says; `labels` is None where it says none.
 
     depth_scale: metres per unit; None = not said. is_assumed: the camera is not said either.
+    is_y_up: fy was negative: the y axis of the camera that the poses speak of points up. The
+    camera here has its fy positive.
     """
 
     camera: Camera
     depth_scale: float | None
     labels: LabelValues | None = None
     is_assumed: bool = False
+    is_y_up: bool = False
 
     def depth_form(self, usual: DepthForm) -> DepthForm:
         """Return how depth is to be read. usual: where the file does not say it."""
         return usual if self.depth_scale is None else DepthForm(self.depth_scale)
 
 
-def read_camera_file(folder: Path) -> CameraFile | None:
-    """Read `camera.json` in a folder; None if there is none, `DataError` if it is no good."""
+def read_camera_file(folder: Path, *, may_be_y_up: bool = False) -> CameraFile | None:
+    """Read `camera.json` in a folder; None if there is none, `DataError` if it is no good.
+
+    may_be_y_up: fy may be negative, as in ICL-NUIM, and whoever asks sees to the poses.
+    """
     path = folder / FILE_NAME
     if not path.is_file():
         return None
@@ -84,19 +90,25 @@ def read_camera_file(folder: Path) -> CameraFile | None:
     for key in SIZES:
         _check_whole(path, key, content[key], minimum=1)
     for key in NUMBERS:
-        _check_number(path, key, content[key], is_positive=key not in ("cx", "cy"))
+        is_turned = key == "fy" and may_be_y_up and _is_negative(content[key])
+        is_signed = is_turned or key in ("cx", "cy")
+        _check_number(path, key, content[key], is_positive=not is_signed)
     if content["depth_scale"] > MAX_DEPTH_SCALE:
         raise _wrong(path, "depth_scale", "metres per unit, at most 0.1", content["depth_scale"])
     return CameraFile(
-        _camera(path, content), float(content["depth_scale"]), _labels(path, content.get("labels"))
+        _camera(path, content),
+        float(content["depth_scale"]),
+        _labels(path, content.get("labels")),
+        is_y_up=content["fy"] < 0,
     )
 
 
 def _camera(path: Path, content: dict[str, Any]) -> Camera:
     window = _depth_window(path, content.get("depth_window"))
     fx, fy, cx, cy = (float(content[key]) for key in ("fx", "fy", "cx", "cy"))
+    width, height = content["width"], content["height"]
     try:
-        return Camera(content["width"], content["height"], fx, fy, cx, cy, depth_window=window)
+        return Camera(width, height, fx, abs(fy), cx, cy, depth_window=window)
     except ValueError as error:
         raise DataError(path, f"is no camera ({error})", "correct these numbers") from None
 
@@ -173,6 +185,10 @@ def _reject_unknown(path: Path, content: dict[str, Any], known: Iterable[str]) -
 def _check_whole(path: Path, key: str, value: Any, *, minimum: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or value < minimum:
         raise _wrong(path, key, f"a whole number of at least {minimum}", value)
+
+
+def _is_negative(value: Any) -> bool:
+    return isinstance(value, int | float) and -sys.float_info.max <= value < 0
 
 
 def _check_number(path: Path, key: str, value: Any, *, is_positive: bool) -> None:

@@ -12,9 +12,10 @@ import numpy as np
 
 from curiosight.datasets.dataset import GroundTruth, InstanceTruth
 from curiosight.datasets.decoding import UnreadableFile
-from curiosight.datasets.depth_files import DepthForm, read_depth
+from curiosight.datasets.depth_files import DEPTH_ENDINGS, DepthForm, read_depth
 from curiosight.datasets.layouts.bop_camera import FILE_NAME, BopView, read_scene_camera
 from curiosight.datasets.listing import (
+    IMAGE_ENDINGS,
     find_ground_truth,
     find_sequences,
     list_images,
@@ -28,6 +29,8 @@ from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Label
 
 COLOUR_FOLDERS = ("rgb", "gray")
+# ITODD has TIFF.
+COLOUR_ENDINGS = IMAGE_ENDINGS | {".tif", ".tiff"}
 # More than this apart, in any of fx, fy, cx, cy, two images are of different cameras.
 SAME_CAMERA_PX = 1.0
 
@@ -149,16 +152,18 @@ def _list_scene(
     assert colour is not None
     view_of_image = read_scene_camera(scene / FILE_NAME)
     masks_of_image = _masks(scene / "mask_visib")
+    depth = _depth_files(scene / "depth")
     ground_truth = find_ground_truth(root, scene, prefix)
     entries, views, masks = [], [], []
-    for id, rgb in list_images(colour).items():
+    for id, rgb in list_images(colour, COLOUR_ENDINGS).items():
         number = int(rgb.stem) if rgb.stem.isdecimal() else -1
         view = view_of_image.get(number)
+        missing = scene / "depth" / f"{rgb.stem}.png"
         entries.append(
             Entry(
                 id=prefix + id,
                 rgb=rgb,
-                depth=scene / "depth" / f"{rgb.stem}.png" if has_depth else None,
+                depth=depth.get(rgb.stem, missing) if has_depth else None,
                 T_world_camera=view.T_world_camera if view else None,
                 ground_truth=ground_truth.get(id),
                 problem=view.problem if view else f"{FILE_NAME} says nothing of it",
@@ -167,6 +172,13 @@ def _list_scene(
         views.append(view)
         masks.append(tuple(masks_of_image.get(number, ())))
     return entries, views, masks
+
+
+def _depth_files(folder: Path) -> dict[str, Path]:
+    """Map stems to the depth files of a folder; of two of the same stem the likelier ending."""
+    return {
+        path.stem: path for ending in reversed(DEPTH_ENDINGS) for path in folder.glob(f"*{ending}")
+    }
 
 
 def _masks(folder: Path) -> dict[int, list[Path]]:

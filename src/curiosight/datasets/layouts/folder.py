@@ -14,6 +14,7 @@ from curiosight.datasets.pose_match import match_stamps
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import read_trajectory, table_rows
+from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Pose
 
@@ -55,6 +56,8 @@ class Folder(Recording):
             )
             for (id, rgb), pose, stamp in zip(images.items(), poses, stamps, strict=True)
         ]
+        if calibration.is_y_up:
+            entries = with_y_down(entries, remarks)
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
         super().__init__(
             path,

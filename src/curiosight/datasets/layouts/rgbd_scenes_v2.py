@@ -13,6 +13,7 @@ from curiosight.datasets.listing import find_ground_truth, find_sequences, list_
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import Trajectory, table_rows
+from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -55,6 +56,8 @@ class RgbdScenesV2(Recording):
         ]
         size = image_size(path, [entry.rgb for entry in entries])
         calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
+        if calibration.is_y_up:
+            entries = with_y_down(entries, remarks)
         super().__init__(
             path,
             entries,

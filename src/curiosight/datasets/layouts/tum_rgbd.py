@@ -13,13 +13,14 @@ from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, text_lines
+from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
 # The benchmark's default intrinsics. The window is where registered depth of its Kinect exists
 # at all distances, from the share of readings a column and row over 121 frames of fr1/rpy.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
-DEPTH_SCALE = 1 / 5000
+UNIT = DepthForm(1 / 5000, is_assumed=True)
 WHOSE = "the benchmark's default intrinsics are used"
 MAX_OFFSET_NS = 20_000_000
 
@@ -38,7 +39,7 @@ class TumRgbd(Recording):
     def __init__(self, path: Path) -> None:
         listed, depth = _read_list(path / "rgb.txt"), _read_list(path / "depth.txt")
         colour = sorted(set(listed))
-        pairs = _associate(colour, depth)
+        pairs = associate(colour, depth)
         if not pairs:
             raise DataError(
                 path,
@@ -55,11 +56,13 @@ class TumRgbd(Recording):
         entries = _entries(path, pairs, remarks)
         size = image_size(path, [entry.rgb for entry in entries])
         calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
+        if calibration.is_y_up:
+            entries = with_y_down(entries, remarks)
         super().__init__(
             path,
             entries,
             calibration.camera,
-            depth_form=calibration.depth_form(DepthForm(DEPTH_SCALE, is_assumed=True)),
+            depth_form=calibration.depth_form(UNIT),
             labels=calibration.labels,
             remarks=remarks,
         )
@@ -99,7 +102,7 @@ def _is_image_name(name: str) -> bool:
     return name.lower().endswith((*IMAGE_ENDINGS, ".tif", ".tiff"))
 
 
-def _associate(
+def associate(
     colour: list[tuple[int, Path]], depth: list[tuple[int, Path]]
 ) -> list[tuple[int, Path, Path]]:
     """Pair every colour image with the depth image nearest in time, within 20 ms."""
