@@ -149,7 +149,7 @@ KINDS: list[tuple[Writer, str, str]] = [
     (arrays_and_masks, "Dex-Net", "0"),
     (one_frame_a_folder, "colour and depth by name", "0000/rgb"),
     (camera_intrinsic_with_k, "plain folder", "0"),
-    (dots_in_tenths_of_millimetres, "colour and depth by name", "000000"),
+    (dots_in_tenths_of_millimetres, "3DMatch / MIT-Princeton", "000000"),
     (pgm_and_a_trajectory, "colour and depth by name", "0"),
     (unsaid_colour, "colour and depth by name", "0"),
     (arrays_among_results, "colour and depth by name", "0"),
