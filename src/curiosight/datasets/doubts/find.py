@@ -1,0 +1,179 @@
+"""Look at some frames of a recording and say what contradicts what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from curiosight.datasets.doubts.doubt import Doubt
+from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
+from curiosight.datasets.doubts.unit import (
+    KINECT_STEP,
+    DepthFacts,
+    likelier_factor,
+    likelihood,
+    measured_range,
+)
+from curiosight.datasets.doubts.values import (
+    StoredDepth,
+    disparity_step,
+    has_rotated_bits,
+    stored_depth,
+    turned_back,
+)
+from curiosight.datasets.recording import Dataset
+from curiosight.frame import Depth, Frame, Pose
+
+# Frames that are opened together differ from their first by these shares of the trajectory's
+# extent or by these angles; the nearest in time is taken.
+EXTENT_SHARES, ANGLES_DEG = (0.06, 0.15), (6.0, 15.0)
+MIN_READINGS = 1000
+# Where motion says that units of depth and position differ, how much worse (as a log-likelihood)
+# depth may look for it to be at fault nevertheless.
+UNIT_BEFORE_POSITIONS = 4.0
+AXIS_NAMES = (("right", "left"), ("down", "up"), ("forward", "backward"))
+
+
+def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
+    """Return what contradicts unit, bits or poses of a recording; nothing where none shows.
+
+    Opens up to `n_frames` frames. One cause gives one doubt: where the unit is wrong, the poses
+    that it contradicts are not doubted as well.
+    """
+    if n_frames < 1:
+        raise ValueError(f"n_frames: expected at least 1, got {n_frames}")
+    if not dataset.has_depth:
+        return []
+    frames = [dataset[index] for index in choose_frames(dataset.poses, n_frames)]
+    frames = [frame for frame in frames if _n_readings(frame) >= MIN_READINGS]
+    if not frames:
+        return []
+    depths = [frame.depth for frame in frames if frame.depth is not None]
+    scale: float | None = getattr(dataset, "depth_scale", None)
+    stored = stored_depth([depth[::2] for depth in depths], scale)
+    if stored is not None and has_rotated_bits(stored):
+        return [_rotated(stored)]
+    verdict = judge_motion(frames)
+    doubts = _unit_doubts(_facts(depths, stored), verdict, scale)
+    if verdict is not None and verdict.best is not None and not verdict.best.is_plain:
+        return [*doubts, _poses_doubt(verdict, verdict.best)]
+    return doubts or _left_handed(frames)
+
+
+def choose_frames(poses: Sequence[Pose | None], n_frames: int) -> list[int]:
+    """Return up to `n_frames` indices: groups of three that see the same from different places."""
+    posed = [index for index, pose in enumerate(poses) if pose is not None]
+    if len(poses) <= n_frames or len(posed) < 3 or n_frames < 3:
+        return sorted(set(np.linspace(0, len(poses) - 1, n_frames).round().astype(int).tolist()))
+    matrices = np.array([np.asarray(poses[index], np.float64) for index in posed])
+    extent = 2 * float(np.linalg.norm(matrices[:, :3, 3].std(axis=0)))
+    chosen: set[int] = set()
+    for first in np.linspace(0, len(posed) - 1, n_frames // 3).round().astype(int):
+        turned = np.einsum("ij,nij->n", matrices[first, :3, :3], matrices[:, :3, :3])
+        angles = np.degrees(np.arccos(((turned - 1) / 2).clip(-1, 1)))
+        moved = np.linalg.norm(matrices[:, :3, 3] - matrices[first, :3, 3], axis=1)
+        later = np.abs(np.arange(len(posed)) - first)
+        chosen.add(posed[first])
+        for angle, share in zip(ANGLES_DEG, EXTENT_SHARES, strict=True):
+            differs = (angles >= angle) | (moved > share * extent)
+            differs[first] = False
+            if differs.any():
+                chosen.add(posed[int(np.where(differs, later, len(posed)).argmin())])
+    return sorted(chosen)
+
+
+def _n_readings(frame: Frame) -> int:
+    return 0 if frame.depth is None else int(np.count_nonzero(frame.depth > 0))
+
+
+def _facts(depths: Sequence[Depth], stored: StoredDepth | None) -> DepthFacts:
+    # One reading in 16 is enough for percentiles.
+    readings = np.concatenate([depth[::4, ::4].ravel() for depth in depths])
+    nearest, median, farthest = measured_range(readings[readings > 0])
+    return DepthFacts(
+        nearest,
+        median,
+        farthest,
+        None if stored is None else stored.quantum,
+        None if stored is None else disparity_step(stored),
+        depths[0].shape[1],
+    )
+
+
+def _rotated(stored: StoredDepth) -> Doubt:
+    image = stored.images[0]
+    metres = np.median(turned_back(image)[image > 0]) * stored.scale
+    text = (
+        "depth is smooth only after its 16 bits are turned back by three: then its median is "
+        f"{metres:.3g} m, not {np.median(image[image > 0]) * stored.scale:.3g} m"
+    )
+    return Doubt("bits", text, "--rotated-bits")
+
+
+def _unit_doubts(facts: DepthFacts, verdict: Verdict | None, scale: float | None) -> list[Doubt]:
+    """Return a doubt about the unit of depth or of positions, if there is one."""
+    if verdict is None or verdict.best is None:
+        if verdict is not None and verdict.knows_unit:
+            return []
+        factor = likelier_factor(facts)
+        return [] if factor is None else [_unit_doubt(facts, factor, scale, "")]
+    ratio = verdict.best.ratio
+    if ratio == 1:
+        return []
+    explained = f"; with the poses {_shares(verdict)}"
+    # Nobody writes positions in fifths of a metre, but in millimetres.
+    bonus = UNIT_BEFORE_POSITIONS if 0.05 < ratio < 20 else 0.0
+    if likelihood(facts, ratio) + bonus >= likelihood(facts, 1.0):
+        return [_unit_doubt(facts, ratio, scale, explained)]
+    text = f"positions are {1 / ratio:g} times what depth says{explained}"
+    return [Doubt("poses-unit", text, f"--pose-scale {1 / ratio:g}", 1 / ratio)]
+
+
+def _unit_doubt(facts: DepthFacts, factor: float, scale: float | None, explained: str) -> Doubt:
+    text = (
+        f"depth as read is {facts.nearest:.3g} to {facts.farthest:.3g} m, "
+        f"its median {facts.median:.3g} m"
+    )
+    if facts.quantum is not None:
+        text += f", in steps of {1000 * facts.quantum:.3g} mm"
+    if facts.step is not None:
+        text += f" that grow with {facts.step:.2g} z² (a Kinect's: {KINECT_STEP:.2g} z²)"
+    text += f"{explained}: {factor:g} times that is far likelier"
+    fix = "--fix-units" if scale is None else f"--depth-scale {scale * factor:.6g}"
+    return Doubt("unit", text, fix, factor)
+
+
+def _poses_doubt(verdict: Verdict, best: Reading) -> Doubt:
+    axes = ",".join(_axis_names(best.axes))
+    is_turned = not bool((best.axes == np.eye(3)).all())
+    fixes = ["--invert-poses"] * best.is_inverted + [f"--pose-axes {axes}"] * is_turned
+    if is_turned:
+        code = "poses-mirrored" if np.linalg.det(best.axes) < 0 else "poses-axes"
+        meant = f"camera axes {axes}" + " and world to camera" * best.is_inverted
+    else:
+        code, meant = "poses-inverted", "world to camera"
+    return Doubt(code, f"poses seem to be {meant}: {_shares(verdict)}", " ".join(fixes))
+
+
+def _shares(verdict: Verdict) -> str:
+    return (
+        f"{100 * verdict.share_best:.0f} % of what one frame sees is where another sees it "
+        f"if so read, {100 * verdict.share_given:.0f} % as given"
+    )
+
+
+def _axis_names(axes: Numbers) -> list[str]:
+    """Name the recording's camera axes by ours."""
+    columns = np.abs(axes).argmax(axis=1)
+    return [AXIS_NAMES[k][int(axes[row, k] < 0)] for row, k in enumerate(columns)]
+
+
+def _left_handed(frames: Sequence[Frame]) -> list[Doubt]:
+    """Return a doubt where poses mirror space although the frames agree with each other."""
+    poses = [frame.T_world_camera for frame in frames if frame.T_world_camera is not None]
+    determinants = [float(np.linalg.det(pose[:3, :3])) for pose in poses]
+    if not determinants or np.median(determinants) > 0:
+        return []
+    text = f"poses mirror space: the determinant of their rotations is {min(determinants):.3g}"
+    return [Doubt("poses-mirrored", text, "--pose-axes right,up,forward")]
