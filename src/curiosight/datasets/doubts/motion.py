@@ -124,7 +124,8 @@ class _Counts:
         for row, (i, j) in enumerate(pairs):
             camera, depth = frames[j].camera, frames[j].depth
             rotations, shifts = _relative(frames[i], frames[j], ways)
-            assert camera is not None and depth is not None
+            if camera is None or depth is None:
+                continue  # gave no points, so is in no pair
             intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
             inverse = 1 / np.array(RATIOS)
             _count(points[i], depth, intrinsics, rotations, shifts, inverse, met[row], free[row])
@@ -135,7 +136,8 @@ class _Counts:
     @property
     def scores(self) -> Numbers:
         """Return what each reading explains, in pairs' worth of points, (way, ratio)."""
-        return self.met.sum(axis=0) - FREE_WEIGHT * self.free.sum(axis=0)
+        scores: Numbers = self.met.sum(axis=0) - FREE_WEIGHT * self.free.sum(axis=0)
+        return scores
 
     def share_met(self, way: int, ratio: int) -> float:
         met, free = self.met[:, way, ratio].sum(), self.free[:, way, ratio].sum()
@@ -163,7 +165,7 @@ class _Counts:
             and share_best >= MIN_SHARE_MET
             and n_for >= max(MIN_VOTES, MIN_SHARE_OF_VOTES * (n_for + n_against))
         )
-        best = Reading(*self.ways[way], RATIOS[ratio]) if is_believed else None
+        best = Reading(self.ways[way][0], self.ways[way][1], RATIOS[ratio]) if is_believed else None
         others = scores[0, 1:5].max()  # the wrong units that happen
         knows_unit = scores[0, 0] >= MIN_SUPPORT and scores[0, 0] > MIN_GAIN * max(others, 0)
         return Verdict(best, share_given, share_best, bool(knows_unit))
@@ -185,10 +187,12 @@ def _relative(
 ) -> tuple[Numbers, Numbers]:
     """Return rotations (n, 3, 3) and shifts (n, 3) from the first camera to the second."""
     a, b = np.asarray(first.T_world_camera), np.asarray(second.T_world_camera)
-    between = {False: np.linalg.inv(b) @ a, True: b @ np.linalg.inv(a)}
-    rotations = [axes.T @ between[inverted][:3, :3] @ axes for inverted, axes in ways]
-    shifts = [axes.T @ between[inverted][:3, 3] for inverted, axes in ways]
-    return np.array(rotations), np.array(shifts)
+    is_inverted = np.array([inverted for inverted, _ in ways])[:, None, None]
+    between = np.where(is_inverted, b @ np.linalg.inv(a), np.linalg.inv(b) @ a)
+    axes = np.array([axes for _, axes in ways])
+    turned_back = axes.transpose(0, 2, 1)
+    rotations = turned_back @ between[:, :3, :3] @ axes
+    return rotations, np.ascontiguousarray((turned_back @ between[:, :3, 3:])[..., 0])
 
 
 @njit(cache=True, nogil=True)

@@ -22,7 +22,7 @@ NEAREST, MEDIAN, FARTHEST = (0.2, 2.2), (0.35, 4.5), (0.5, 9.0)
 TOO_NEAR, TOO_FAR, NOTHING_NEAR = 4.0, 1.5, 3.0
 # Sensors for close work count in tenths of a millimetre and see from 7 cm.
 CLOSE_QUANTUM, CLOSE = 1e-4, 0.5
-QUANTA = ((1e-3, 0.0), (1e-4, -1.0), (2e-4, -1.0), (2.5e-4, -1.0))
+QUANTA = ((1e-3, 0.0), (1e-4, -1.0), (2e-4, -1.5), (2.5e-4, -1.0))
 UNUSUAL_QUANTUM, COARSE_QUANTUM, COARSE_FROM = -5.5, -6.0, 0.004
 # 1/m: a Kinect's step of disparity, and what stereo of 640 columns can have.
 KINECT_STEP, KINECT_BAND = 0.00289, 0.06
