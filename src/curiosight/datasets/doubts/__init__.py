@@ -4,8 +4,8 @@ Three kinds of evidence. `values`: the stored numbers (bits rotated before stori
 difference; steps of disparity, which grow with z² by a factor that few sensors have). `unit`:
 what sensors see and how they count, each candidate factor weighed as a whole. `motion`: with
 poses, whether frames agree on where surfaces are, under the given and every other way to read
-unit and poses. `outlines`: whether outlines of depth lie on those of colour. Each doubts only
-where another reading explains far better; too little evidence gives no doubt.
+unit and poses. Each doubts only where another reading explains far better; too little evidence
+gives no doubt.
 """
 
 from curiosight.datasets.doubts.doubt import Doubt

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.doubts.doubt import Doubt
 from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
 from curiosight.datasets.doubts.unit import (
@@ -23,6 +22,7 @@ from curiosight.datasets.doubts.values import (
     stored_depth,
     turned_back,
 )
+from curiosight.datasets.recording import Dataset
 from curiosight.frame import Depth, Frame, Pose
 
 # Frames that are opened together differ from their first by these shares of the trajectory's
@@ -51,7 +51,7 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
         return []
     depths = [frame.depth for frame in frames if frame.depth is not None]
     scale: float | None = getattr(dataset, "depth_scale", None)
-    stored = stored_depth(depths, scale)
+    stored = stored_depth([depth[::2] for depth in depths], scale)
     if stored is not None and has_rotated_bits(stored):
         return [_rotated(stored)]
     verdict = judge_motion(frames)

@@ -15,13 +15,14 @@ from itertools import permutations, product
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
-from curiosight.errors.compiling import njit
 from curiosight.frame import Depth, Frame
 
 Numbers = npt.NDArray[np.float64]
 
 # The usual ones first: of readings that explain the same, the first is meant.
+N_USUAL_RATIOS = 7
 RATIOS = (1.0, 0.2, 5.0, 0.1, 10.0, 0.001, 1000.0, 0.01, 100.0, 0.25, 4.0, 0.125, 8.0, 0.5, 2.0)
 # A point meets a surface within this share of its distance: noise, drift, outlines.
 TOLERANCE = 0.03
@@ -29,14 +30,22 @@ FREE_SHARE = 0.9
 # A point in free space speaks against a reading as four that meet a surface speak for it: a floor
 # meets itself under any reading that keeps the camera's height. Right recordings have 0 to 7 %.
 FREE_WEIGHT = 4.0
-N_POINTS_SCREENED, N_POINTS, N_KEPT = 100, 600, 10
+N_POINTS_SCREENED, N_POINTS, N_KEPT = 60, 600, 10
 # Another reading is believed where it explains this many pairs' worth of points, by this factor
 # more than the given one, and in nearly all pairs that tell the two apart.
 MIN_SUPPORT = 1.0
 MIN_GAIN = 1.4
+# Where poses are noisier than the motion, one of 1440 readings fits by chance: an odd one.
+MAX_ODDITIES = 1
 MIN_SHARE_MET = 0.85
 MIN_VOTES, MIN_SHARE_OF_VOTES, VOTE, FREE_VOTE = 3, 0.8, 0.1, 0.03
 TIE = 0.9
+
+# Our axes as they are, of OpenGL, mirrored upwards, mirrored sidewards; forward, left, up.
+USUAL_AXES = (
+    *(np.diag(signs) for signs in ((1.0, 1, 1), (1, -1, -1), (1, -1, 1), (-1, 1, 1))),
+    np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +65,15 @@ class Reading:
     def is_plain(self) -> bool:
         """Tell whether the poses are read as they stand, whatever the unit."""
         return not self.is_inverted and bool((self.axes == np.eye(3)).all())
+
+    @property
+    def n_oddities(self) -> int:
+        """Count what makes the reading unlikely beforehand: two faults, odd axes, an odd unit."""
+        has_usual_axes = any((self.axes == usual).all() for usual in USUAL_AXES)
+        has_usual_ratio = self.ratio in RATIOS[:N_USUAL_RATIOS]
+        return (
+            (not self.is_plain and self.ratio != 1) + (not has_usual_axes) + (not has_usual_ratio)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +111,12 @@ def judge_motion(frames: Sequence[Frame], seed: int = 0) -> Verdict | None:
 
 def _ways() -> list[tuple[bool, Numbers]]:
     """Return inverted-or-not and axes, the usual ones first."""
-    usual = [np.diag(signs) for signs in ((1.0, 1, 1), (1, -1, -1), (1, -1, 1), (-1, 1, 1))]
-    body = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # forward, left, up
     others = [
         np.eye(3)[:, order] * signs
         for order in permutations(range(3))
         for signs in product((1.0, -1.0), repeat=3)
     ]
-    axes = [*usual, body]
+    axes = list(USUAL_AXES)
     axes += [a for a in others if not any((a == b).all() for b in axes)]
     return [(is_inverted, a) for a in axes for is_inverted in (False, True)]
 
@@ -124,7 +140,8 @@ class _Counts:
         for row, (i, j) in enumerate(pairs):
             camera, depth = frames[j].camera, frames[j].depth
             rotations, shifts = _relative(frames[i], frames[j], ways)
-            assert camera is not None and depth is not None
+            if camera is None or depth is None:
+                continue  # gave no points, so is in no pair
             intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
             inverse = 1 / np.array(RATIOS)
             _count(points[i], depth, intrinsics, rotations, shifts, inverse, met[row], free[row])
@@ -135,7 +152,8 @@ class _Counts:
     @property
     def scores(self) -> Numbers:
         """Return what each reading explains, in pairs' worth of points, (way, ratio)."""
-        return self.met.sum(axis=0) - FREE_WEIGHT * self.free.sum(axis=0)
+        scores: Numbers = self.met.sum(axis=0) - FREE_WEIGHT * self.free.sum(axis=0)
+        return scores
 
     def share_met(self, way: int, ratio: int) -> float:
         met, free = self.met[:, way, ratio].sum(), self.free[:, way, ratio].sum()
@@ -153,20 +171,21 @@ class _Counts:
         # The first in the order of ways, then of ratios, among those that are as good.
         way, ratio = np.argwhere(scores >= TIE * scores.max())[0]
         share_given, share_best = self.share_met(0, 0), self.share_met(way, ratio)
-        gain = (self.met - FREE_WEIGHT * self.free).clip(min=0)
-        gain = gain[:, way, ratio] - gain[:, 0, 0]
+        worth = (self.met - FREE_WEIGHT * self.free).clip(min=0)
+        gain = worth[:, way, ratio] - worth[:, 0, 0]
         # Less shift means more overlap: that alone is no argument for the given reading.
         is_against = (gain < -VOTE) & (self.free[:, way, ratio] > FREE_VOTE)
         n_for, n_against = int((gain > VOTE).sum()), int(is_against.sum())
+        best = Reading(self.ways[way][0], self.ways[way][1], RATIOS[ratio])
         is_believed = (
-            scores[way, ratio] > MIN_GAIN * max(scores[0, 0], 0)
+            best.n_oddities <= MAX_ODDITIES
+            and scores[way, ratio] > MIN_GAIN * max(scores[0, 0], 0)
             and share_best >= MIN_SHARE_MET
             and n_for >= max(MIN_VOTES, MIN_SHARE_OF_VOTES * (n_for + n_against))
         )
-        best = Reading(*self.ways[way], RATIOS[ratio]) if is_believed else None
         others = scores[0, 1:5].max()  # the wrong units that happen
         knows_unit = scores[0, 0] >= MIN_SUPPORT and scores[0, 0] > MIN_GAIN * max(others, 0)
-        return Verdict(best, share_given, share_best, bool(knows_unit))
+        return Verdict(best if is_believed else None, share_given, share_best, bool(knows_unit))
 
 
 def _points(frame: Frame, n: int, rng: np.random.Generator) -> Numbers:
@@ -185,10 +204,12 @@ def _relative(
 ) -> tuple[Numbers, Numbers]:
     """Return rotations (n, 3, 3) and shifts (n, 3) from the first camera to the second."""
     a, b = np.asarray(first.T_world_camera), np.asarray(second.T_world_camera)
-    between = {False: np.linalg.inv(b) @ a, True: b @ np.linalg.inv(a)}
-    rotations = [axes.T @ between[inverted][:3, :3] @ axes for inverted, axes in ways]
-    shifts = [axes.T @ between[inverted][:3, 3] for inverted, axes in ways]
-    return np.array(rotations), np.array(shifts)
+    is_inverted = np.array([inverted for inverted, _ in ways])[:, None, None]
+    between = np.where(is_inverted, b @ np.linalg.inv(a), np.linalg.inv(b) @ a)
+    axes = np.array([axes for _, axes in ways])
+    turned_back = axes.transpose(0, 2, 1)
+    rotations = turned_back @ between[:, :3, :3] @ axes
+    return rotations, np.ascontiguousarray((turned_back @ between[:, :3, 3:])[..., 0])
 
 
 @njit(cache=True, nogil=True)

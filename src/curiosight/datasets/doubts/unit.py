@@ -19,11 +19,11 @@ MIN_EVIDENCE = 4.5
 
 # Metres: nearest readings, median, farthest; what lies outside costs weight·octaves².
 NEAREST, MEDIAN, FARTHEST = (0.2, 2.2), (0.35, 4.5), (0.5, 9.0)
-TOO_NEAR, TOO_FAR = 4.0, 1.5
+TOO_NEAR, TOO_FAR, NOTHING_NEAR = 4.0, 1.5, 3.0
 # Sensors for close work count in tenths of a millimetre and see from 7 cm.
 CLOSE_QUANTUM, CLOSE = 1e-4, 0.5
-QUANTA = ((1e-3, 0.0), (1e-4, -1.0), (2e-4, -1.0), (2.5e-4, -1.0))
-UNUSUAL_QUANTUM, COARSE_QUANTUM, COARSE_FROM = -4.0, -6.0, 0.004
+QUANTA = ((1e-3, 0.0), (1e-4, -1.0), (2e-4, -1.5), (2.5e-4, -1.0))
+UNUSUAL_QUANTUM, COARSE_QUANTUM, COARSE_FROM = -5.5, -6.0, 0.004
 # 1/m: a Kinect's step of disparity, and what stereo of 640 columns can have.
 KINECT_STEP, KINECT_BAND = 0.00289, 0.06
 STEREO_STEPS, STEREO_COST, STEP_WEIGHT, WORST_STEP = (0.0007, 0.0045), -2.5, 25.0, -12.0
@@ -67,14 +67,14 @@ def _range_likelihood(facts: DepthFacts, factor: float) -> float:
     quantum = facts.quantum
     is_close = quantum is not None and abs(quantum * factor / CLOSE_QUANTUM - 1) < 0.01
     total = 0.0
-    for metres, (low, high) in (
-        (facts.nearest, NEAREST),
-        (facts.median, MEDIAN),
-        (facts.farthest, FARTHEST),
+    for metres, (low, high), too_far in (
+        (facts.nearest, NEAREST, NOTHING_NEAR),
+        (facts.median, MEDIAN, TOO_FAR),
+        (facts.farthest, FARTHEST, TOO_FAR),
     ):
         low = CLOSE * low if is_close else low
         total -= TOO_NEAR * _octaves(low, metres * factor) ** 2
-        total -= TOO_FAR * _octaves(metres * factor, high) ** 2
+        total -= too_far * _octaves(metres * factor, high) ** 2
     return total
 
 
