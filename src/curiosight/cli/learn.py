@@ -20,7 +20,7 @@ from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
-# Of `Keeping`: the trees grow each time, the longer the more frames there are, so 1 % is asked for
+# Of `Keeping`: all trees grow each time, the longer the more frames there are, so 1 % is asked for
 # where 2 % of the time is the most.
 FIT_S, FIT_SHARE = 0.15, 0.01
 
