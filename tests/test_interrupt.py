@@ -153,7 +153,10 @@ def test_evaluate_interrupted_keeps_no_figures_of_a_part(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     interrupt_at(monkeypatch, SaliencyLearner, "saliency", turn=3)
-    outcome = call(capsys, "evaluate", room, "--folds", 2, "--out", tmp_path / "out")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/metrics.json").write_text("of an earlier run")
+    options = ("--folds", 2, "--out", tmp_path / "out", "--overwrite")
+    outcome = call(capsys, "evaluate", room, *options)
     assert outcome.status == 130
     assert files(tmp_path / "out") == {"config.toml"}
 
@@ -218,6 +221,22 @@ def test_killed_run_leaves_its_model_and_nothing_of_an_earlier_one(
     assert learner.forest.is_trained
     assert learner.forest.n_samples % (50 * 700) == 0
     assert learner.notes["frames"] == {str(room): [f"{index:06d}" for index in range(8)]}
+
+
+def test_model_that_a_run_goes_on_with_is_there_until_there_is_a_newer_one(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    out = tmp_path / "out"
+    assert call(capsys, "explore", room, "--steps", 2, "--out", out).status == 0
+
+    def die(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(SaliencyLearner, "predict", die)
+    options = ("--from", out, "--overwrite", "--out", out)
+    assert call(capsys, "explore", room, *options).status == 130
+    assert SaliencyLearner.load(out / "model.npz").forest.n_samples == 2 * 700
+    assert "summary.json" not in files(out)
 
 
 def test_writing_the_model_meanwhile_changes_nothing(

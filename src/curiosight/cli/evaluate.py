@@ -24,6 +24,16 @@ from curiosight.viewing.figures import roc
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
+# Of an earlier run, written again at the end of this one.
+LEFTOVERS = (
+    *("metrics.json", "roc.png", "report.html", "table.md", "table.tex", "times.json"),
+    *(
+        f"figures/{name}.{e}"
+        for name in ("roc", "precision_recall", "maps")
+        for e in ("png", "svg")
+    ),
+)
+
 
 @reads_source
 def evaluate(
@@ -90,6 +100,7 @@ def evaluate(
     with announce_compilation(talk.console):
         methods = choose_methods(baselines) if baselines else None
         evaluation = _prepare(settings, paths, folds, split, ground_truth, methods)
+        folder.remove(LEFTOVERS)
         folder.write_text("config.toml", to_toml(evaluation.config))
         talk.introduce(paths[-1], evaluation.truth.dataset)
         with talk.following("evaluate", len(evaluation)) as shown:

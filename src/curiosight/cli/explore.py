@@ -190,15 +190,15 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
     if run.unused_truth is not None:
         talk.warn(f"the ground truth cannot be tested against: {run.unused_truth}")
     n_within_reach = len(run.world.views)
-    if n_within_reach < len(run.dataset):
-        talk.note(
-            f"learns from {n_within_reach} of {len(run.dataset)} frames; the others are "
-            "tested on, or too close to those"
-        )
-    elif run.is_tested_on_learned:
+    if run.is_tested_on_learned:
         talk.note(
             "these frames are learned from too, as too few others would be left: the scores are "
             "too good; --test-every 10 keeps some out of learning"
+        )
+    elif n_within_reach < len(run.dataset):
+        talk.note(
+            f"learns from {n_within_reach} of {len(run.dataset)} frames; the others are "
+            "tested on, or too close to those"
         )
     tested = run.truth.dataset
     if run.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):

@@ -125,13 +125,17 @@ class Exploration:
     def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
         """Run the loop; yield each step and its row once both are on disk."""
         n_steps = self.config.explorer.n_steps
-        for step in explore(self.world, self.learner, self._strategy, n_steps):
-            row = self._note(step)
-            self.rows.append(row)
-            self._steps_file.add(asdict(row))
-            self._times_file.add({"step": step.index, **self.stopwatch.lap()})
-            self._keep()
-            yield step, row
+        try:
+            for step in explore(self.world, self.learner, self._strategy, n_steps):
+                row = self._note(step)
+                self.rows.append(row)
+                self._steps_file.add(asdict(row))
+                self._times_file.add({"step": step.index, **self.stopwatch.lap()})
+                self._keep()
+                yield step, row
+        finally:
+            self._steps_file.close()
+            self._times_file.close()
 
     def finish(self) -> dict[str, Any]:
         """Write the model and the summary of what has been done so far; return the summary."""

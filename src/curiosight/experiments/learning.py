@@ -26,6 +26,7 @@ from curiosight.learner.learner import SaliencyLearner, Teaches, fit_labels
 from curiosight.teacher import Survey
 
 SPARE = 4
+SO_FAR = 20_000
 Samples = tuple[Rows, npt.NDArray[np.bool_]]
 
 
@@ -73,19 +74,23 @@ class OffLine:
     def so_far(self) -> SaliencyLearner:
         """Return a model of its own of the frames so far; what `fit` will return stays the same.
 
-        It takes as long as `fit`, a second or less, and is what a kill leaves behind.
+        It is what a kill leaves behind, and knows `SO_FAR` of the samples, drawn at random, so
+        that it takes some tenths of a second however long the recording is.
         """
         # The chance too is copied, and the forest is empty before the first fit: soon done.
         learner = copy(self.learner)
         learner.forest, learner.notes = deepcopy(self.learner.forest), {}
-        self._fit(learner, list(self._samples))
+        self._fit(learner, list(self._samples), most=SO_FAR)
         return learner
 
-    def _fit(self, learner: SaliencyLearner, used: list[int]) -> None:
-        """Grow the trees on what was sampled from the frames `used`, and note those."""
+    def _fit(self, learner: SaliencyLearner, used: list[int], most: int | None = None) -> None:
+        """Grow the trees on at most so many samples of the frames `used`, and note those."""
         chosen = [self._samples[index] for index in used]
         if chosen:
             rows, is_salient = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
+            if most is not None and len(rows) > most:
+                drawn = np.random.default_rng(0).choice(len(rows), most, replace=False)
+                rows, is_salient = rows[drawn], is_salient[drawn]
             learner.forest.fit(rows, is_salient)
             learner.notes.clear()
             note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
