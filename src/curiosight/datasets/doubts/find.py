@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.doubts.doubt import Doubt
 from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
 from curiosight.datasets.doubts.unit import (
@@ -22,7 +23,6 @@ from curiosight.datasets.doubts.values import (
     stored_depth,
     turned_back,
 )
-from curiosight.datasets.recording import Dataset
 from curiosight.frame import Depth, Frame, Pose
 
 # Frames that are opened together differ from their first by these shares of the trajectory's

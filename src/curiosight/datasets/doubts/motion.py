@@ -15,8 +15,8 @@ from itertools import permutations, product
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Depth, Frame
 
 Numbers = npt.NDArray[np.float64]
