@@ -67,7 +67,8 @@ def _can_teach(frame: Frame) -> bool:
 def _observe(frame: Frame) -> Points:
     assert frame.depth is not None
     assert frame.camera is not None
-    return observe_points(frame.depth, frame.camera)
+    # Large images are looked at on the grid of one with 640 columns.
+    return observe_points(frame.depth, frame.camera, stride=max(2, frame.camera.width // 320))
 
 
 def _world_supports(

@@ -168,9 +168,11 @@ def _tops(
     """
     is_elevated = (heights > MIN_TABLE_HEIGHT) & (heights < MAX_TABLE_HEIGHT)
     cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
+    n_places = ground.shape[0] * ground.shape[1]
     found: list[tuple[float, Mask]] = []
     while len(cells):
-        layers = np.unique(np.stack([(heights / step).astype(np.int64), cells]), axis=1)[0]
+        # One number for layer and cell: rows of two sort ten times slower.
+        layers = np.unique((heights / step).astype(np.int64) * n_places + cells) // n_places
         n_cells = np.convolve(np.bincount(layers), np.ones(3), "same")
         if n_cells.max() * CELL**2 < 0.5 * min_area:
             break
