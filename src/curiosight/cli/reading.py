@@ -44,6 +44,15 @@ _OPTIONS: dict[str, Any] = {
             show_default="off",
         ),
     ],
+    "pose_axes": Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Where the camera axes of the poses point: right,up,backward for OpenGL's.",
+            rich_help_panel=PANEL,
+            show_default="right,down,forward",
+        ),
+    ],
     "min_confidence": Annotated[
         int | None,
         typer.Option(

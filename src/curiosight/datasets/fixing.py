@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-from dataclasses import replace
-
 from curiosight.datasets.doubts import find_doubts
 from curiosight.datasets.reading import Reading
 from curiosight.datasets.recording import Recording
@@ -22,13 +19,16 @@ def fix_units(recording: Recording) -> Recording:
     for _ in range(N_FAULTS):
         faults = {doubt.code: doubt for doubt in find_doubts(recording)}
         if "bits" in faults:
-            recording = copy.copy(recording)
-            recording.depth_form = replace(recording.depth_form, rotated_bits=ROTATED_BITS)
+            recording = recording.with_bits_rotated_by(ROTATED_BITS)
             recording = _remarked(recording, "the bits of depth are rotated back by 3")
         elif "unit" in faults and faults["unit"].factor is not None:
             scale = recording.depth_scale * faults["unit"].factor
             recording = recording.read_as(Reading(depth_scale=scale))
             recording = _remarked(recording, f"depth is read in units of {scale:.6g} m, which fit")
+        elif "poses-unit" in faults and faults["poses-unit"].factor is not None:
+            factor = faults["poses-unit"].factor
+            recording = recording.with_positions_times(factor)
+            recording = _remarked(recording, f"positions of poses are taken {factor:.6g} times")
         else:
             break
     return recording

@@ -27,7 +27,7 @@ from curiosight.datasets.masks import (
     read_mask,
     read_numbers,
 )
-from curiosight.datasets.reading import Reading
+from curiosight.datasets.reading import Reading, axes_of
 from curiosight.datasets.sizes import (
     Size,
     check_frame_size,
@@ -232,7 +232,10 @@ class Recording:
         if reading.min_confidence >= 0:
             other.min_confidence = reading.min_confidence
         if reading.invert_poses:
-            other.entries = tuple(map(_with_inverted_pose, self.entries))
+            other.entries = with_poses(other.entries, _inverted)
+        if reading.pose_axes:
+            axes = axes_of(reading.pose_axes)
+            other.entries = with_poses(other.entries, lambda pose: turned(pose, axes))
         if reading.depth_camera and self.camera is not None:
             other.depth_camera = read_depth_camera(Path(reading.depth_camera), self.depth_size)
             other.entries = tuple(replace(entry, depth_camera=None) for entry in other.entries)
@@ -250,6 +253,19 @@ class Recording:
         With `colour_size`, what a recording has of its own whose colour is no image files.
         """
         return self.read_rgb(entry.rgb)
+
+    def with_bits_rotated_by(self, n_bits: int) -> Self:
+        """Return the same recording whose bits of depth were stored rotated to the left."""
+        other = copy.copy(self)
+        other.depth_form = replace(self.depth_form, rotated_bits=n_bits)
+        return other
+
+    def with_positions_times(self, factor: float) -> Self:
+        """Return the same recording with the positions of its poses in another unit."""
+        other = copy.copy(self)
+        other.entries = with_poses(self.entries, lambda pose: _moved_out(pose, factor))
+        other.poses = other._colour_poses()
+        return other
 
     def read_depth(self, path: Path) -> Depth:
         """Read depth as it was recorded, (h, w) float32 metres; raises `UnreadableFile`."""
@@ -368,7 +384,34 @@ def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
         rgb_of_id[entry.id] = entry.rgb
 
 
-def _with_inverted_pose(entry: Entry) -> Entry:
-    if entry.T_world_camera is None:
-        return entry
-    return replace(entry, T_world_camera=np.linalg.inv(entry.T_world_camera).astype(np.float64))
+def with_poses(entries: Iterable[Entry], change: Callable[[Pose], Pose]) -> tuple[Entry, ...]:
+    """Return frames with their poses changed; those without one stay so."""
+    return tuple(
+        entry
+        if entry.T_world_camera is None
+        else replace(entry, T_world_camera=change(entry.T_world_camera))
+        for entry in entries
+    )
+
+
+def turned(pose: Pose, axes: npt.NDArray[np.float64]) -> Pose:
+    """Return a pose whose camera has axes right, down, forward.
+
+    axes: see `axes_of`. Where they make a left hand, the world's second axis is turned round.
+    """
+    other = pose.copy()
+    other[:3, :3] = pose[:3, :3] @ axes
+    if np.linalg.det(axes) < 0:
+        other[1] *= -1
+    return other
+
+
+def _inverted(pose: Pose) -> Pose:
+    inverted: Pose = np.linalg.inv(pose).astype(np.float64)
+    return inverted
+
+
+def _moved_out(pose: Pose, factor: float) -> Pose:
+    other = pose.copy()
+    other[:3, 3] *= factor
+    return other

@@ -108,7 +108,7 @@ def _rotated(stored: StoredDepth) -> Doubt:
         "depth is smooth only after its 16 bits are turned back by three: then its median is "
         f"{metres:.3g} m, not {np.median(image[image > 0]) * stored.scale:.3g} m"
     )
-    return Doubt("bits", text, "--rotated-bits")
+    return Doubt("bits", text, "--fix-units")
 
 
 def _unit_doubts(facts: DepthFacts, verdict: Verdict | None, scale: float | None) -> list[Doubt]:
@@ -127,7 +127,7 @@ def _unit_doubts(facts: DepthFacts, verdict: Verdict | None, scale: float | None
     if likelihood(facts, ratio) + bonus >= likelihood(facts, 1.0):
         return [_unit_doubt(facts, ratio, scale, explained)]
     text = f"positions are {1 / ratio:g} times what depth says{explained}"
-    return [Doubt("poses-unit", text, f"--pose-scale {1 / ratio:g}", 1 / ratio)]
+    return [Doubt("poses-unit", text, "--fix-units", 1 / ratio)]
 
 
 def _unit_doubt(facts: DepthFacts, factor: float, scale: float | None, explained: str) -> Doubt:
