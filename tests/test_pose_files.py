@@ -230,6 +230,9 @@ def test_arrays(tmp_path: Path) -> None:
     assert_poses(found_in(tmp_path))
     np.save(tmp_path / "poses.npy", np.array(POSES)[:, :3])
     assert_poses(found_in(tmp_path))
+    for other in (np.zeros(0), np.zeros((3, 0)), np.array(3.0), np.zeros((2, 4, 4, 4))):
+        np.save(tmp_path / "poses.npy", other)
+        assert find_poses(tmp_path, NAMES) is None
 
 
 def test_plain_folder_takes_poses_of_any_form(tmp_path: Path) -> None:

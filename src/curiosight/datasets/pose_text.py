@@ -80,8 +80,10 @@ def _array(path: Path) -> tuple[list[_Line], str]:
     # What a damaged or foreign file makes of the reader is not foreseeable.
     except Exception:
         return [], ""
+    if not content.size or content.ndim not in (2, 3):
+        return [], ""
     is_one = content.shape in ((4, 4), (3, 4))
-    table = content.reshape(1 if is_one else len(content), -1) if content.ndim else np.empty((0, 0))
+    table = content.reshape(1 if is_one else len(content), -1)
     return [_Line(None, [repr(float(n)) for n in row[:1]], row.tolist()) for row in table], ""
 
 
