@@ -21,7 +21,7 @@ from curiosight.frame import Depth, Frame
 
 Numbers = npt.NDArray[np.float64]
 
-# The usual ones first: of readings that explain the same, the first is meant.
+# The given first, then the usual.
 N_USUAL_RATIOS = 7
 RATIOS = (1.0, 0.2, 5.0, 0.1, 10.0, 0.001, 1000.0, 0.01, 100.0, 0.25, 4.0, 0.125, 8.0, 0.5, 2.0)
 # A point meets a surface within this share of its distance: noise, drift, outlines.
@@ -168,8 +168,12 @@ class _Counts:
         scores = self.scores
         if scores.max() < MIN_SUPPORT:
             return None
-        # The first in the order of ways, then of ratios, among those that are as good.
-        way, ratio = np.argwhere(scores >= TIE * scores.max())[0]
+        # Of the ways that are as good the most usual; likewise of units.
+        way = int(np.argmax(scores.max(axis=1) >= TIE * scores.max()))
+        enough = TIE * scores[way].max()
+        usual = int(scores[way, :N_USUAL_RATIOS].argmax())
+        ratio = usual if scores[way, usual] >= enough else int(scores[way].argmax())
+        ratio = 0 if scores[way, 0] >= enough else ratio
         share_given, share_best = self.share_met(0, 0), self.share_met(way, ratio)
         worth = (self.met - FREE_WEIGHT * self.free).clip(min=0)
         gain = worth[:, way, ratio] - worth[:, 0, 0]
