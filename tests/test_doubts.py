@@ -13,13 +13,13 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.datasets import open_dataset
+from curiosight.datasets.depth_bits import are_rotated
+from curiosight.datasets.depth_files import rotate_right
 from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.doubts.values import (
     StoredDepth,
     disparity_step,
-    has_rotated_bits,
     stored_depth,
-    turned_back,
 )
 from curiosight.frame import Pose
 from curiosight.rooms import RoomSettings, RoomViews, draw_room
@@ -185,8 +185,8 @@ def test_eighths_of_a_millimetre_are_no_rotated_bits(tmp_path: Path) -> None:
 
 
 def test_turning_bits_back_is_the_inverse() -> None:
-    stored = np.arange(65536).reshape(256, 256)
-    assert (turned_back((stored << 3 | stored >> 13) & 0xFFFF) == stored).all()
+    stored = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    np.testing.assert_array_equal(rotate_right(stored << 3 | stored >> 13, 3), stored)
 
 
 def test_step_of_disparity_is_measured_in_the_unit_of_the_file() -> None:
@@ -198,7 +198,15 @@ def test_step_of_disparity_is_measured_in_the_unit_of_the_file() -> None:
     assert step == pytest.approx(KINECT_STEP, rel=0.03)
     as_fifths = disparity_step(StoredDepth(stored.images, 0.0002))
     assert as_fifths == pytest.approx(5 * KINECT_STEP, rel=0.03)
-    assert not has_rotated_bits(stored)
+    assert not are_rotated(stored.images)
+
+
+def test_floats_of_sixteen_bits_are_no_disparity() -> None:
+    view = render(kinect(640, 480), look(distance=5.0)).depth
+    rounded = view.astype(np.float16).astype(np.float32)
+    stored = stored_depth([np.round(rounded, 3)], 0.001)
+    assert stored is not None
+    assert disparity_step(stored) is None
 
 
 def test_depth_without_a_unit_has_no_stored_numbers() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,24 +19,36 @@ MIN_PAIRS = 50
 MAX_SHARE_CHANGED = 0.25
 
 
+def are_rotated(images: Iterable[Raw]) -> bool:
+    """Tell whether (h, w) whole numbers of depth are rotated by three bits to the left.
+
+    Told by what changes between one pixel and the next.
+    """
+    n_pairs = n_changed = 0
+    for raw in images:
+        pairs, changed = _changes(raw)
+        n_pairs += pairs
+        n_changed += changed
+    return n_pairs >= MIN_PAIRS and n_changed < MAX_SHARE_CHANGED * n_pairs
+
+
 def rotated_bits(files: Sequence[Path]) -> int:
     """Return how far the 16 bits of depth files are rotated to the left: 3, or 0 for plain.
 
-    Told by a few of the files, from what changes between one pixel and the next.
+    Told by a few of the files.
     """
-    n_pairs = n_changed = 0
     step = max(len(files) // N_FILES, 1)
-    for file in files[::step]:
+    return ROTATION if are_rotated(_whole_numbers(files[::step])) else 0
+
+
+def _whole_numbers(files: Sequence[Path]) -> Iterator[Raw]:
+    for file in files:
         try:
             raw = read_raw_depth(file)
         except UnreadableFile:
             continue
         if raw.dtype == np.uint16:
-            pairs, changed = _changes(raw)
-            n_pairs += pairs
-            n_changed += changed
-    is_rotated = n_pairs >= MIN_PAIRS and n_changed < MAX_SHARE_CHANGED * n_pairs
-    return ROTATION if is_rotated else 0
+            yield raw
 
 
 def _changes(raw: Raw) -> tuple[int, int]:

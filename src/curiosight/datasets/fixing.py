@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from curiosight.datasets.depth_bits import ROTATION
 from curiosight.datasets.doubts import find_doubts
 from curiosight.datasets.reading import Reading
 from curiosight.datasets.recording import Recording
 
 # Bits first, then the unit that they hide.
 N_FAULTS = 2
-ROTATED_BITS = 3
 
 
 def fix_units(recording: Recording) -> Recording:
@@ -19,7 +19,7 @@ def fix_units(recording: Recording) -> Recording:
     for _ in range(N_FAULTS):
         faults = {doubt.code: doubt for doubt in find_doubts(recording)}
         if "bits" in faults:
-            recording = recording.with_bits_rotated_by(ROTATED_BITS)
+            recording = recording.with_bits_rotated_by(ROTATION)
             recording = _remarked(recording, "the bits of depth are rotated back by 3")
         elif "unit" in faults and faults["unit"].factor is not None:
             scale = recording.depth_scale * faults["unit"].factor

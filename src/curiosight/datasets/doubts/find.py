@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from curiosight.datasets.dataset import Dataset
+from curiosight.datasets.depth_bits import ROTATION, are_rotated
+from curiosight.datasets.depth_files import rotate_right
 from curiosight.datasets.doubts.doubt import Doubt
 from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
 from curiosight.datasets.doubts.unit import (
@@ -19,9 +21,7 @@ from curiosight.datasets.doubts.unit import (
 from curiosight.datasets.doubts.values import (
     StoredDepth,
     disparity_step,
-    has_rotated_bits,
     stored_depth,
-    turned_back,
 )
 from curiosight.frame import Depth, Frame, Pose
 
@@ -52,7 +52,7 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
     depths = [frame.depth for frame in frames if frame.depth is not None]
     scale: float | None = getattr(dataset, "depth_scale", None)
     stored = stored_depth([depth[::2] for depth in depths], scale)
-    if stored is not None and has_rotated_bits(stored):
+    if stored is not None and are_rotated(stored.images):
         return [_rotated(stored)]
     verdict = judge_motion(frames)
     doubts = _unit_doubts(_facts(depths, stored), verdict, scale)
@@ -103,7 +103,8 @@ def _facts(depths: Sequence[Depth], stored: StoredDepth | None) -> DepthFacts:
 
 def _rotated(stored: StoredDepth) -> Doubt:
     image = stored.images[0]
-    metres = np.median(turned_back(image)[image > 0]) * stored.scale
+    turned = rotate_right(image.astype(np.uint16), ROTATION)
+    metres = np.median(turned[image > 0]) * stored.scale
     text = (
         "depth is smooth only after its 16 bits are turned back by three: then its median is "
         f"{metres:.3g} m, not {np.median(image[image > 0]) * stored.scale:.3g} m"

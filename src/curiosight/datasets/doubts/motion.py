@@ -38,6 +38,8 @@ MIN_GAIN = 1.4
 # Where poses are noisier than the motion, one of 1440 readings fits by chance: an odd one.
 MAX_ODDITIES = 1
 MIN_SHARE_MET = 0.85
+# Of what the given reading leaves unexplained, the most that a better one may leave.
+MAX_SHARE_LEFT = 0.5
 MIN_VOTES, MIN_SHARE_OF_VOTES, VOTE, FREE_VOTE = 3, 0.8, 0.1, 0.03
 TIE = 0.9
 
@@ -185,6 +187,7 @@ class _Counts:
             best.n_oddities <= MAX_ODDITIES
             and scores[way, ratio] > MIN_GAIN * max(scores[0, 0], 0)
             and share_best >= MIN_SHARE_MET
+            and 1 - share_best < MAX_SHARE_LEFT * (1 - share_given)
             and n_for >= max(MIN_VOTES, MIN_SHARE_OF_VOTES * (n_for + n_against))
         )
         others = scores[0, 1:5].max()  # the wrong units that happen

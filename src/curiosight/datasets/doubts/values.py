@@ -11,6 +11,7 @@ import numpy.typing as npt
 from curiosight.frame import Depth
 
 Stored = npt.NDArray[np.int64]
+Metres = npt.NDArray[np.float64]
 
 USUAL_SCALES = (0.001, 0.0005, 0.00025, 0.0002, 0.0001)
 LARGEST = 65535
@@ -21,10 +22,9 @@ MIN_WHOLE = 0.995
 # hardly ever: rare values have gaps without any sensor's doing.
 MIN_UNITS, MIN_STEPS, MIN_AGREEING = 3, 15, 0.55
 MIN_PIXELS_AT_ENDS, MIN_PIXELS = 40, 4
-# Rotated bits: depth turned back is so much smoother than depth as stored. Right depth would be
-# many times rougher, its lowest bits being the highest then.
-MIN_SMOOTHER = 1.05
-N_BITS = 3
+# Steps of disparity grow with the square of distance: the slope of their logarithms, over so much
+# of the logarithm of distance.
+MIN_SLOPE, MIN_LOG_RANGE = 1.2, 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,40 +75,24 @@ def disparity_step(stored: StoredDepth) -> float | None:
     if np.count_nonzero(is_wide) < MIN_STEPS:
         return None
     metres = values * divisor * stored.scale
+    if not _grow_with_square(metres[:-1][is_wide], np.diff(metres)[is_wide]):
+        return None
     in_disparity = (1 / metres[:-1] - 1 / metres[1:])[is_wide]
     step = float(np.median(in_disparity))
     agreeing = np.abs(in_disparity / step - 1) < 0.25
     return step if agreeing.mean() >= MIN_AGREEING else None
 
 
-def turned_back(image: Stored) -> Stored:
-    """Undo a rotation of 16 bits to the left by three, as in SUN RGB-D and SUN3D."""
-    return (image >> N_BITS) | ((image << (16 - N_BITS)) & LARGEST)
+def _grow_with_square(metres: Metres, steps: Metres) -> bool:
+    """Tell whether (n,) steps grow with distance as those of disparity do.
 
-
-def has_rotated_bits(stored: StoredDepth) -> bool:
-    """Tell whether bits were rotated by three before depth was stored.
-
-    Beyond 8191 units depth wraps around, and turned back it is far smoother. Nearer it is just
-    eight times the number: then eight of the units make a step, which no sensor has.
+    Others do not: floats of 16 bits, as phones have them, have the same steps from 4 m to 8 m.
     """
-    as_is = _roughness(stored.images)
-    turned = _roughness([turned_back(image) for image in stored.images])
-    if as_is > MIN_SMOOTHER * turned:
-        return True
-    is_unit_usual = any(abs(stored.scale / unit - 1) < 0.01 for unit in USUAL_SCALES)
-    return is_unit_usual and _common_divisor(stored.images) == 1 << N_BITS
-
-
-def _roughness(images: Sequence[Stored]) -> float:
-    """Return the mean difference of neighbours as a share of the mean."""
-    differences = readings = 0.0
-    for image in images:
-        left, right = image[::3, :-1], image[::3, 1:]
-        is_read = (left > 0) & (right > 0)
-        differences += float(np.abs(left - right)[is_read].sum())
-        readings += float(left[is_read].sum())
-    return differences / max(readings, 1.0)
+    distances = np.log(metres)
+    if np.ptp(distances) < MIN_LOG_RANGE:
+        return False
+    slope = np.polyfit(distances, np.log(steps), 1)[0]
+    return bool(slope > MIN_SLOPE)
 
 
 def _common_divisor(images: Sequence[Stored]) -> int:
