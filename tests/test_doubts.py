@@ -105,7 +105,7 @@ def test_wrong_unit_is_named(tmp_path: Path, pose: Any, depth_scale: float, fact
         (np.linalg.inv, "poses-inverted", "--invert-poses"),
         (lambda pose: MIRROR @ pose @ MIRROR, "poses-mirrored", "--pose-axes right,up,forward"),
         (lambda pose: pose @ TURN, "poses-axes", "--pose-axes right,up,backward"),
-        (in_millimetres, "poses-unit", "--pose-scale 0.001"),
+        (in_millimetres, "poses-unit", "--fix-units"),
     ],
 )
 def test_wrong_poses_are_named(tmp_path: Path, pose: Any, code: str, fix: str) -> None:

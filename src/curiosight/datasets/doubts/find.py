@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from curiosight.datasets.dataset import Dataset
-from curiosight.datasets.depth_bits import ROTATION, are_rotated
+from curiosight.datasets.depth_bits import ROTATION
 from curiosight.datasets.depth_files import rotate_right
 from curiosight.datasets.doubts.doubt import Doubt
 from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
@@ -21,6 +21,7 @@ from curiosight.datasets.doubts.unit import (
 from curiosight.datasets.doubts.values import (
     StoredDepth,
     disparity_step,
+    has_rotated_bits,
     stored_depth,
 )
 from curiosight.frame import Depth, Frame, Pose
@@ -52,7 +53,7 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
     depths = [frame.depth for frame in frames if frame.depth is not None]
     scale: float | None = getattr(dataset, "depth_scale", None)
     stored = stored_depth([depth[::2] for depth in depths], scale)
-    if stored is not None and are_rotated(stored.images):
+    if stored is not None and has_rotated_bits(stored):
         return [_rotated(stored)]
     verdict = judge_motion(frames)
     doubts = _unit_doubts(_facts(depths, stored), verdict, scale)

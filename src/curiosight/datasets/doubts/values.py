@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.depth_bits import ROTATION, are_rotated
 from curiosight.frame import Depth
 
 Stored = npt.NDArray[np.int64]
@@ -81,6 +82,18 @@ def disparity_step(stored: StoredDepth) -> float | None:
     step = float(np.median(in_disparity))
     agreeing = np.abs(in_disparity / step - 1) < 0.25
     return step if agreeing.mean() >= MIN_AGREEING else None
+
+
+def has_rotated_bits(stored: StoredDepth) -> bool:
+    """Tell whether bits were rotated by three before depth was stored.
+
+    Beyond 8191 units depth wraps around then. Nearer it is just eight times the number, which
+    says so only in a unit that is usual: in eighths of one it is right.
+    """
+    if not are_rotated(stored.images):
+        return False
+    is_unit_usual = any(abs(stored.scale / unit - 1) < 0.01 for unit in USUAL_SCALES)
+    return is_unit_usual or _common_divisor(stored.images) % (1 << ROTATION) != 0
 
 
 def _grow_with_square(metres: Metres, steps: Metres) -> bool:
