@@ -12,7 +12,7 @@ from curiosight.datasets.depth_bits import ROTATION, are_rotated
 from curiosight.frame import Depth
 
 Stored = npt.NDArray[np.int64]
-Metres = npt.NDArray[np.float64]
+Metres = npt.NDArray[np.floating]
 
 USUAL_SCALES = (0.001, 0.0005, 0.00025, 0.0002, 0.0001)
 LARGEST = 65535
