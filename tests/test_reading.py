@@ -217,3 +217,19 @@ def test_window_of_a_scaled_camera(tmp_path: Path) -> None:
     camera = kinect(640, 480)
     write_camera_file(tmp_path, camera)
     assert opened(tmp_path).camera == scaled_camera(camera, SIZE)
+
+
+def test_unit_that_nothing_says_is_the_one_that_fits(tmp_path: Path) -> None:
+    pose = look()
+    view = render(kinect(*SIZE), pose)
+    for k in range(3):
+        write_image(tmp_path / f"{k}.png", view.rgb)
+        write_depth(
+            tmp_path / f"{k}_depth.png", np.where(view.depth < 6, view.depth, np.nan), 0.0001
+        )
+    numbers = {name: getattr(kinect(*SIZE), name) for name in ("fx", "fy", "cx", "cy")}
+    (tmp_path / "kinect.json").write_text(json.dumps(numbers))
+    dataset = opened(tmp_path)
+    assert dataset.depth_scale == pytest.approx(0.0001)
+    assert "depth is read in units of 0.0001 m, which fit" in dataset.remarks
+    assert opened(tmp_path, depth_scale=0.001).depth_scale == 0.001

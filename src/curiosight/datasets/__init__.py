@@ -140,8 +140,8 @@ def open_dataset(
         return dataset
     if reading != AS_RECORDED:
         dataset = dataset.read_as(reading)
-    if reading.fix_units and dataset.has_depth:
-        dataset = fix_units(dataset)
+    if dataset.has_depth and (reading.fix_units or dataset.is_unit_open):
+        dataset = fix_units(dataset, depth_alone=not reading.fix_units)
     if ground_truth is not None:
         return dataset.with_ground_truth(Path(ground_truth))
     if dataset.mask_fault is not None:

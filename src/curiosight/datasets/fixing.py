@@ -11,13 +11,15 @@ from curiosight.datasets.recording import Recording
 N_FAULTS = 2
 
 
-def fix_units(recording: Recording) -> Recording:
+def fix_units(recording: Recording, *, depth_alone: bool = False) -> Recording:
     """Return the same recording in the unit that fits, and remark on it; or it as it is.
 
-    What fits is told by `find_doubts`.
+    What fits is told by `find_doubts`. depth_alone: positions of poses stay as they are.
     """
     for _ in range(N_FAULTS):
         faults = {doubt.code: doubt for doubt in find_doubts(recording)}
+        if depth_alone:
+            faults.pop("poses-unit", None)
         if "bits" in faults:
             recording = recording.with_bits_rotated_by(ROTATION)
             recording = _remarked(recording, "the bits of depth are rotated back by 3")

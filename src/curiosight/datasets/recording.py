@@ -89,6 +89,8 @@ class Recording:
 
     name = "recording"
     evidence = ""
+    # Whether what is called so comes in any unit: then readings decide where no file says it.
+    has_any_unit = False
     # Depth has no mark of which way up it is, so colour and masks stay as they are stored.
     is_turned = False
     # By "labels" in camera.json, where that does not speak of other images.
@@ -143,6 +145,11 @@ class Recording:
     def remarks(self) -> tuple[str, ...]:
         """Say how the files were read, as far as their owner should know."""
         return (*self.remarks_on_files, *self._remarks_on_depth())
+
+    @property
+    def is_unit_open(self) -> bool:
+        """Tell whether neither a file nor the layout says the unit of depth."""
+        return self.has_any_unit and self.depth_form.is_assumed
 
     @property
     def has_confidence(self) -> bool:

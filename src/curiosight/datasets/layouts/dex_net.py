@@ -18,6 +18,7 @@ class DexNet(Named):
     """A folder of an overhead camera's frames, or several; depth is in metres."""
 
     name = "Dex-Net"
+    has_any_unit = False
     read_too = ("segmask",)
     evidence = "color_N.png with depth_N.npy and segmask_N.png"
 

@@ -27,6 +27,7 @@ class Folder(Recording):
     """A folder with `rgb/` and `depth/`, files of the same names, registered to each other."""
 
     name = "plain folder"
+    has_any_unit = True
     evidence = "rgb/ with depth/"
 
     @classmethod

@@ -26,6 +26,7 @@ class Named(Recording):
     """
 
     name = "colour and depth by name"
+    has_any_unit = True
     # Words in the names of images that are no colour and yet read.
     read_too: tuple[str, ...] = ()
     evidence = "names such as color_N.png with depth_N.npy, or N.png with N_depth.png"

@@ -39,6 +39,7 @@ class ThreeDMatch(Recording):
     """
 
     name = "3DMatch / MIT-Princeton"
+    has_any_unit = True
     evidence = "*.color.* with *.depth.png and camera-intrinsics.txt or cam.info.txt"
 
     @classmethod
