@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, assumed_form
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, list_images, natural_key
 from curiosight.datasets.pairs import match_names
 from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.pose_match import match_stamps
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import read_trajectory, table_rows
-from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Pose
 
@@ -23,7 +21,7 @@ BAD_POSE = f"{POSE_FILE} holds no valid pose for it"
 BY_ORDER = f"{POSE_FILE} is taken line by line: its stamps are not the images' names"
 
 
-class Folder(Recording):
+class Folder(Calibrated):
     """A folder with `rgb/` and `depth/`, files of the same names, registered to each other."""
 
     name = "plain folder"
@@ -41,8 +39,6 @@ class Folder(Recording):
             raise DataError(path / "rgb", "holds no images", "add colour images")
         remarks: list[str] = []
         depth = _depth_of(path / "depth", images, remarks)
-        size = image_size(path, list(images.values()))
-        calibration = find_calibration(path, size, remarks)
         poses, stamps = _poses(path, list(images), remarks)
         ground_truth = find_ground_truth(path)
         entries = [
@@ -57,17 +53,8 @@ class Folder(Recording):
             )
             for (id, rgb), pose, stamp in zip(images.items(), poses, stamps, strict=True)
         ]
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(assumed),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks, usual_form=assumed)
 
 
 def _depth_of(folder: Path, images: dict[str, Path], remarks: list[str]) -> dict[str, Path]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.pose_text import read_pose_rows
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.y_up import mirrored_pose
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
@@ -22,7 +21,7 @@ WHOSE = "the makers' intrinsics and unit, 0.0002 m, are taken"
 FOLDER_NAME = re.compile(r"^(living|office)(?:_?room)?_(?:traj|kt)(\d)", re.IGNORECASE)
 
 
-class IclNuim(Recording):
+class IclNuim(Calibrated):
     """A trajectory of ICL-NUIM. Poses are mirrored, so that the y axis of the world points down.
 
     `*.gt.freiburg` gives poses of a camera whose y axis points up; the number in front is that
@@ -31,6 +30,11 @@ class IclNuim(Recording):
 
     name = "ICL-NUIM"
     evidence = "rgb/ and depth/ with *.gt.freiburg"
+    # They are mirrored here whatever the file of the camera says.
+    poses_follow_camera = False
+    usual_camera = CAMERA
+    usual_form = UNIT
+    whose = WHOSE
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -63,16 +67,7 @@ class IclNuim(Recording):
             )
             for id, rgb in images.items()
         ]
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(UNIT),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks)
 
 
 def _pose_file(path: Path) -> Path | None:

@@ -6,19 +6,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import assumed_form
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences
 from curiosight.datasets.pairs import Pairing, pair_folder
 from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 
 # Folders below the one that was opened in which frames are looked for.
 N_LEVELS = 2
 
 
-class Named(Recording):
+class Named(Calibrated):
     """Colour and depth that go together by name, in one folder or in two, or sequences of these.
 
     Depth in whole numbers is in millimetres, in floats in metres, unless a camera file says
@@ -54,18 +53,9 @@ class Named(Recording):
             entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
             reasons.append(f"{prefix}{pairing.how}")
             remarks += self._remarks(prefix, pairing)
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks)
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(assumed),
-            labels=calibration.labels,
-            remarks=remarks,
-            reasons=list(dict.fromkeys(reasons)),
-        )
+        reasons = list(dict.fromkeys(reasons))
+        super().__init__(path, entries, remarks, reasons=reasons, usual_form=assumed)
 
     def _remarks(self, prefix: str, pairing: Pairing) -> Iterator[str]:
         if pairing.n_without_depth:

@@ -6,9 +6,9 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import FILE_NAME
-from curiosight.datasets.depth_files import ASSUMED, DEPTH_ENDINGS
+from curiosight.datasets.depth_files import DEPTH_ENDINGS
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
@@ -18,9 +18,7 @@ from curiosight.datasets.listing import (
 )
 from curiosight.datasets.pose_files import FoundPoses, find_poses
 from curiosight.datasets.pose_match import varying_numbers
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
-from curiosight.datasets.y_up import with_y_down
+from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 COLOUR_FOLDERS = ("color", "rgb", "image")
@@ -29,7 +27,7 @@ TRAJECTORIES = ("trajectory.log", "scene/trajectory.log")
 MAX_BYTES = 100_000
 
 
-class Open3d(Recording):
+class Open3d(Calibrated):
     """A folder as Open3D's examples, recorders and reconstruction system have it.
 
     Each folder has a world of its own, so that frames have poses where one is opened.
@@ -57,19 +55,8 @@ class Open3d(Recording):
             entries = [replace(entry, T_world_camera=None) for entry in entries]
         else:
             remarks += [poses.remark for poses in found]
-        size = image_size(path, [entry.rgb for entry in entries])
         first = path if (path / FILE_NAME).is_file() else next(iter(sequences.values()))
-        calibration = find_calibration(first, size, remarks, avoid=("config.json",))
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(ASSUMED),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks, camera_folder=first, avoid=("config.json",))
 
 
 def _sequences(path: Path) -> dict[str, Path]:

@@ -11,11 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import loadmat
 
-from curiosight.datasets.cameras.calibration import find_calibration
-from curiosight.datasets.depth_files import ASSUMED
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 
@@ -32,7 +30,7 @@ class ObjectBox:
     box: tuple[int, int, int, int]
 
 
-class RgbdScenes(Recording):
+class RgbdScenes(Calibrated):
     """The data set, one of its places such as `desk`, or a sequence such as `desk/desk_1`.
 
     Boxes are no masks: a box holds background too, and what is in no box may be an object of a
@@ -56,21 +54,12 @@ class RgbdScenes(Recording):
             self._box_files += [_box_file(sequence)] * len(listed)
         self._boxes: dict[Path, list[tuple[ObjectBox, ...]]] = {}
         remarks: list[str] = []
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks)
         has_boxes = any(file.is_file() for file in set(self._box_files))
         if has_boxes and not any(entry.ground_truth for entry in entries):
             remarks.append(
                 "the boxes around objects are no masks: ground truth needs masks of its own"
             )
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(ASSUMED),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks)
 
     def boxes(self, index: int) -> tuple[ObjectBox, ...] | None:
         """Return the boxes around a frame's annotated objects; None where nobody looked for any.

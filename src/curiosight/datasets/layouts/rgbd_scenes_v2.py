@@ -7,25 +7,23 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import Trajectory, table_rows
-from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
 # What those who use the data set take, as its makers' code for clouds does.
 CAMERA = Camera(640, 480, 570.3, 570.3, 320.0, 240.0)
 # Unlike v1's millimetres; its makers print no unit, their clouds and those who read them agree.
-TENTH_OF_A_MILLIMETRE = 0.0001
+UNIT = DepthForm(0.0001, is_assumed=True)
 SCENE = re.compile(r"scene_\d+")
 WHOSE = "the usual intrinsics of this data set are assumed"
 
 
-class RgbdScenesV2(Recording):
+class RgbdScenesV2(Calibrated):
     """A scene, or all of them.
 
     Each scene has a world of its own, so that frames have poses where one scene is opened.
@@ -33,6 +31,9 @@ class RgbdScenesV2(Recording):
 
     name = "RGB-D Scenes v2"
     evidence = "scene_*/N-color.png with N-depth.png"
+    usual_camera = CAMERA
+    usual_form = UNIT
+    whose = WHOSE
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -54,18 +55,7 @@ class RgbdScenesV2(Recording):
             for prefix, scene in scenes.items()
             for entry in _list_scene(path, scene, prefix, pose_files.get(prefix))
         ]
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(DepthForm(TENTH_OF_A_MILLIMETRE, is_assumed=True)),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks)
 
 
 def _scenes(path: Path) -> dict[str, Path]:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import MILLIMETRES
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.layouts.tum_rgbd import associate
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 NAME = re.compile(r"^\d+-(\d{12})$")
@@ -21,11 +19,12 @@ NS_PER_MICROSECOND = 1000
 NO_DEPTH = "no depth image was taken within 20 ms"
 
 
-class Sun3d(Recording):
+class Sun3d(Calibrated):
     """A sequence of SUN3D; colour takes the depth that is nearest in time."""
 
     name = "SUN3D"
     evidence = "image/ and depth/ with names such as 0000001-000000000000 and intrinsics.txt"
+    usual_form = MILLIMETRES
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -61,19 +60,10 @@ class Sun3d(Recording):
             )
             for (id, rgb), pose in zip(images.items(), poses, strict=True)
         ]
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks)
         bits = rotated_bits(list(depth_of.values()))
         if not bits:
             remarks.append("bits of depth are not rotated here: read as plain numbers")
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=replace(calibration.depth_form(MILLIMETRES), rotated_bits=bits),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks, rotated_bits=bits)
 
 
 def _micros(path: Path) -> int | None:

@@ -8,17 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import FILE_NAME
 from curiosight.datasets.cameras.camera_text import read_leaves
 from curiosight.datasets.cameras.intrinsics import read_intrinsics
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import ASSUMED, DepthForm
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
-from curiosight.datasets.y_up import with_y_down
+from curiosight.datasets.recording import Entry
 from curiosight.frame import Pose, is_rigid
 
 CAMERA_FILE = re.compile(
@@ -31,7 +29,7 @@ POSE_NAME = re.compile(r"camera.*world.*frame-?(\d+)")
 Numbered = dict[int, Pose]
 
 
-class ThreeDMatch(Recording):
+class ThreeDMatch(Calibrated):
     """A scene of 3DMatch, or of those who write its form; depth is registered to colour.
 
     Sequences that share a camera file share a world. Whether bits of depth are rotated, as in
@@ -59,23 +57,17 @@ class ThreeDMatch(Recording):
         if len(set(cameras)) > 1 and any(e.T_world_camera is not None for e in entries):
             remarks = ["each folder has a camera of its own: open a single one to have poses"]
             entries = [replace(entry, T_world_camera=None) for entry in entries]
-        size = image_size(path, [entry.rgb for entry in entries])
-        own = path if (path / FILE_NAME).is_file() else camera.parent
         bits = rotated_bits([entry.depth for entry in entries if entry.depth is not None])
-        is_fine = bool(bits) and camera.name == POSES_INSIDE
-        usual = DepthForm(TENTH_OF_A_MILLIMETRE) if is_fine else ASSUMED
-        calibration = find_calibration(own, size, remarks)
         if bits:
             remarks.append(f"bits of depth are rotated by {bits}, as its numbers tell: turned back")
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
+        is_fine = bool(bits) and camera.name == POSES_INSIDE
         super().__init__(
             path,
             entries,
-            calibration.camera,
-            depth_form=replace(calibration.depth_form(usual), rotated_bits=bits),
-            labels=calibration.labels,
-            remarks=remarks,
+            remarks,
+            usual_form=DepthForm(TENTH_OF_A_MILLIMETRE) if is_fine else ASSUMED,
+            rotated_bits=bits,
+            camera_folder=path if (path / FILE_NAME).is_file() else camera.parent,
         )
 
 

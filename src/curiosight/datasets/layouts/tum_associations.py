@@ -6,17 +6,15 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, read_raw_depth
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
 from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.pose_match import stamp_or_none
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import table_rows
-from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 
 FILE_NAME = re.compile(r"^assoc\w*([._-]\w+)*\.txt$", re.IGNORECASE)
@@ -42,11 +40,14 @@ class Pair:
         return all(file.is_file() for file in self.files)
 
 
-class TumAssociations(Recording):
+class TumAssociations(Calibrated):
     """A recording in the form of TUM RGB-D with `associations.txt`, in either order."""
 
     name = "TUM RGB-D, associated"
     evidence = "associations.txt with lines of two images"
+    usual_camera = CAMERA
+    usual_form = UNIT
+    whose = WHOSE
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -76,18 +77,7 @@ class TumAssociations(Recording):
             n_repeated = len(pairs) - len(listed)
             remarks.append(f"{n_repeated} lines of {file.name} repeat another: left out")
         entries = with_poses(path, list(listed.values()), remarks)
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE, avoid=(file.name,))
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(UNIT),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks, avoid=(file.name,))
 
 
 def _association_file(path: Path) -> Path | None:

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DEPTH_ENDINGS
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.layouts.tum_associations import with_poses
 from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE, associate
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
 from curiosight.datasets.pose_match import stamp_or_none
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import table_rows
-from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 
 ENDINGS = {"rgb": tuple(IMAGE_ENDINGS), "depth": DEPTH_ENDINGS}
 Stamped = list[tuple[int, Path]]
 
 
-class TumOneList(Recording):
+class TumOneList(Calibrated):
     """A recording of TUM's form where the images of one kind are known by their names alone."""
 
     name = "TUM RGB-D, one list"
     evidence = "rgb.txt or depth.txt, the other images named by stamps in depth/ or rgb/"
+    usual_camera = CAMERA
+    usual_form = UNIT
+    whose = WHOSE
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -62,20 +63,7 @@ class TumOneList(Recording):
             ],
             remarks,
         )
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(
-            path, size, remarks, CAMERA, whose=WHOSE, avoid=(f"{kind}.txt",)
-        )
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(UNIT),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks, avoid=(f"{kind}.txt",))
 
 
 def _listed(path: Path) -> dict[str, Stamped]:

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
-from curiosight.datasets.recording import Entry, Recording
-from curiosight.datasets.sizes import image_size
+from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, text_lines
-from curiosight.datasets.y_up import with_y_down
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -25,11 +23,14 @@ WHOSE = "the benchmark's default intrinsics are used"
 MAX_OFFSET_NS = 20_000_000
 
 
-class TumRgbd(Recording):
+class TumRgbd(Calibrated):
     """A sequence of the TUM RGB-D benchmark, or one recorded in its form."""
 
     name = "TUM RGB-D"
     evidence = "rgb.txt with depth.txt"
+    usual_camera = CAMERA
+    usual_form = UNIT
+    whose = WHOSE
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -54,18 +55,7 @@ class TumRgbd(Recording):
             n_left_out = len(colour) - len(pairs)
             remarks.append(f"{n_left_out} colour images have no depth within 20 ms: left out")
         entries = _entries(path, pairs, remarks)
-        size = image_size(path, [entry.rgb for entry in entries])
-        calibration = find_calibration(path, size, remarks, CAMERA, whose=WHOSE)
-        if calibration.is_y_up:
-            entries = with_y_down(entries, remarks)
-        super().__init__(
-            path,
-            entries,
-            calibration.camera,
-            depth_form=calibration.depth_form(UNIT),
-            labels=calibration.labels,
-            remarks=remarks,
-        )
+        super().__init__(path, entries, remarks)
 
 
 def _read_list(path: Path) -> list[tuple[int, Path]]:
