@@ -134,18 +134,21 @@ class Exploration:
                 self._keep()
                 yield step, row
         finally:
-            self._steps_file.close()
-            self._times_file.close()
+            self._close()
 
     def finish(self) -> dict[str, Any]:
         """Write the model and the summary of what has been done so far; return the summary."""
-        self._steps_file.close()
-        self._times_file.close()
-        self.world.close()
+        self._close()
         self._save(is_packed=True)
         summary = self._summary()
         self.out.write_json("summary.json", summary)
         return summary
+
+    def _close(self) -> None:
+        """End what runs beside the loop; may be called twice."""
+        self._steps_file.close()
+        self._times_file.close()
+        self.world.close()
 
     @property
     def n_learned(self) -> int:
