@@ -64,6 +64,9 @@ class Talk:
         parts.append(f"{n_posed} with pose" if n_posed else "no poses")
         parts.append(f"{n_truth} with ground truth" if n_truth else "no ground truth")
         self.note(", ".join(parts))
+        reasons = getattr(dataset, "reasons", ())
+        if reasons:
+            self.note(f"  told by {'; '.join(reasons)}")
         for remark in dataset.remarks:
             self.note(f"  {remark}")
         for doubt in doubts_of(dataset) if for_depth else []:
