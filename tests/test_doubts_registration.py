@@ -13,6 +13,8 @@ from curiosight.datasets import open_dataset
 from curiosight.datasets.doubts import find_doubts
 from curiosight.datasets.doubts.outlines import find_misplacement
 from curiosight.datasets.layouts import seven_scenes
+from curiosight.datasets.reading import Reading
+from curiosight.datasets.recording import Recording
 from curiosight.frame import Frame
 from recordings import write_camera_file, write_depth, write_image, write_seven_scenes
 from room import kinect, look, render
@@ -179,3 +181,12 @@ def test_raw_depth_of_seven_scenes_in_a_plain_folder(tmp_path: Path) -> None:
     write_camera_file(tmp_path / "plain", camera)
     [doubt] = find_doubts(open_dataset(tmp_path / "plain"))
     assert doubt.code == "registration"
+
+
+def test_wrong_unit_of_depth_that_is_registered_here_is_one_doubt(tmp_path: Path) -> None:
+    """Five times too near, it is moved five times as much, and lands beside colour."""
+    write_seven_scenes(tmp_path, 8, size=(320, 240))
+    dataset = open_dataset(tmp_path)
+    assert isinstance(dataset, Recording)
+    wrong = dataset.read_as(Reading(depth_scale=dataset.depth_scale / 5))
+    assert [doubt.code for doubt in find_doubts(wrong)] == ["unit"]
