@@ -1,11 +1,11 @@
 """Give recordings one fault each, and see which `find_doubts` names and which it invents.
 
-    python benchmarks/doubts.py RECORDING… [--half NAME]
+    python benchmarks/doubts.py RECORDING… [--half NAME] [--code registration]
 
 RECORDING: a folder, or a room such as room:11,views=12. Faults are made in memory: depth in a
 wrong unit, as read or as stored, rotated bits, poses of the wrong kind, depth that is moved or
 scaled beside colour. Prints a table and keeps it in benchmarks/results/doubts.json under the
-name of the half.
+name of the half. With --code only faults that this doubt should name, and none, are tried.
 """
 
 from __future__ import annotations
@@ -145,7 +145,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recordings", nargs="+")
     parser.add_argument("--half", default="all")
+    parser.add_argument("--code", choices=sorted({fault.code for fault in FAULTS if fault.code}))
     arguments = parser.parse_args()
+    faults = [fault for fault in FAULTS if arguments.code in (None, fault.code) or not fault.code]
     table: dict[str, Any] = {}
     for name in arguments.recordings:
         dataset = open_source(name)
@@ -155,7 +157,7 @@ def main() -> None:
         find_doubts(dataset)
         look = lru_cache(maxsize=64)(dataset.__getitem__)
         row: dict[str, Any] = {"seconds": round(time.perf_counter() - start, 2)}
-        for fault in FAULTS:
+        for fault in faults:
             if fault.pose is None or has_poses:
                 doubts = find_doubts(Faulty(dataset, fault, look))
                 said = [[doubt.code, doubt.factor, doubt.fix] for doubt in doubts]
@@ -164,7 +166,7 @@ def main() -> None:
         table[label] = row
         missed = [key for key, cell in row.items() if key != "seconds" and not cell["named"]]
         print(f"{label:40s} {row['seconds']:5.2f} s  {'missed: ' if missed else ''}{missed or ''}")
-    for fault in FAULTS:
+    for fault in faults:
         cells = [row[fault.name]["named"] for row in table.values() if fault.name in row]
         print(f"{fault.name:24s} {sum(cells):3d} of {len(cells)}")
     kept = json.loads(RESULTS.read_text("utf-8")) if RESULTS.is_file() else {}

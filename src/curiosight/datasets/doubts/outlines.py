@@ -144,7 +144,7 @@ def _looks(frames: Sequence[Frame]) -> Iterator[_Look]:
     for frame in frames:
         if frame.depth is None:
             continue
-        depth = _filled(_brought(np.nan_to_num(frame.depth), cv2.INTER_NEAREST))
+        depth = _filled(_brought(np.nan_to_num(frame.depth, posinf=0), cv2.INTER_NEAREST))
         v, u = np.nonzero(_is_outline(depth))
         if len(v) < MIN_POINTS:
             continue
