@@ -21,6 +21,8 @@ from curiosight.datasets.doubts.values import (
     disparity_step,
     stored_depth,
 )
+from curiosight.datasets.reading import Reading
+from curiosight.datasets.recording import Recording
 from curiosight.frame import Pose
 from curiosight.rooms import RoomSettings, RoomViews, draw_room
 from recordings import FIRST_STAMP, pose_line, write_camera_file, write_depth, write_image
@@ -254,8 +256,9 @@ def test_real_recordings(folder: str) -> None:
     if not root:
         pytest.skip("CURIOSIGHT_TEST_DATA is not set")
     dataset = open_dataset(Path(root) / "data" / folder)
+    assert isinstance(dataset, Recording)
     assert find_doubts(dataset) == []
-    dataset.depth_scale *= 5
-    [doubt] = find_doubts(dataset)
+    fivefold = dataset.read_as(Reading(depth_scale=5 * dataset.depth_scale))
+    [doubt] = find_doubts(fivefold)
     assert isinstance(doubt, Doubt)
     assert (doubt.code, doubt.factor) == ("unit", 0.2)

@@ -11,6 +11,7 @@ from curiosight.datasets.depth_bits import ROTATION
 from curiosight.datasets.depth_files import rotate_right
 from curiosight.datasets.doubts.doubt import Doubt
 from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
+from curiosight.datasets.doubts.outlines import find_misplacement
 from curiosight.datasets.doubts.unit import (
     KINECT_STEP,
     DepthFacts,
@@ -37,10 +38,10 @@ AXIS_NAMES = (("right", "left"), ("down", "up"), ("forward", "backward"))
 
 
 def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
-    """Return what contradicts unit, bits or poses of a recording; nothing where none shows.
+    """Return what contradicts unit, bits, poses or registration of a recording, in this order.
 
-    Opens up to `n_frames` frames. One cause gives one doubt: where the unit is wrong, the poses
-    that it contradicts are not doubted as well.
+    Nothing where none shows. Opens up to `n_frames` frames. One cause gives one doubt: where the
+    unit is wrong, the poses that it contradicts are not doubted as well.
     """
     if n_frames < 1:
         raise ValueError(f"n_frames: expected at least 1, got {n_frames}")
@@ -58,8 +59,11 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
     verdict = judge_motion(frames)
     doubts = _unit_doubts(_facts(depths, stored), verdict, scale)
     if verdict is not None and verdict.best is not None and not verdict.best.is_plain:
-        return [*doubts, _poses_doubt(verdict, verdict.best)]
-    return doubts or _left_handed(frames)
+        doubts.append(_poses_doubt(verdict, verdict.best))
+    doubts = doubts or _left_handed(frames)
+    # Depth that is registered while it is read lands beside colour where its unit is wrong.
+    is_explained = _is_registered_here(dataset) and any(doubt.code == "unit" for doubt in doubts)
+    return doubts if is_explained else [*doubts, *_registration_doubts(frames)]
 
 
 def choose_frames(poses: Sequence[Pose | None], n_frames: int) -> list[int]:
@@ -82,6 +86,11 @@ def choose_frames(poses: Sequence[Pose | None], n_frames: int) -> list[int]:
             if differs.any():
                 chosen.add(posed[int(np.where(differs, later, len(posed)).argmin())])
     return sorted(chosen)
+
+
+def _is_registered_here(dataset: Dataset) -> bool:
+    cameras = [getattr(entry, "depth_camera", None) for entry in getattr(dataset, "entries", ())]
+    return any(camera is not None for camera in (getattr(dataset, "depth_camera", None), *cameras))
 
 
 def _n_readings(frame: Frame) -> int:
@@ -179,3 +188,19 @@ def _left_handed(frames: Sequence[Frame]) -> list[Doubt]:
         return []
     text = f"poses mirror space: the determinant of their rotations is {min(determinants):.3g}"
     return [Doubt("poses-mirrored", text, "--pose-axes right,up,forward")]
+
+
+def _registration_doubts(frames: Sequence[Frame]) -> list[Doubt]:
+    """Return a doubt where outlines in depth lie beside those in colour."""
+    found = find_misplacement(frames)
+    if found is None:
+        return []
+    right, down = found.shift_px
+    moves = [f"scaled by {found.scale:.2f} about the middle"] * (found.scale != 1)
+    moves += [f"moved by {right:.0f}, {down:.0f} pixels (right, down)"] * bool(right or down)
+    text = (
+        f"depth is not registered to colour: its outlines lie {found.distance_px:.0f} pixels "
+        f"beside colour's; {' and '.join(moves)} they agree by {found.best:.2f}, "
+        f"as given by {found.given:.2f} (1 perfect, 0 chance)"
+    )
+    return [Doubt("registration", text, "--depth-camera FILE")]
