@@ -127,7 +127,7 @@ def confidence(depth: Array, light: Array, noise: Array) -> Array:
                 if 0 <= v + dv < height and 0 <= u + du < width:
                     step = abs(depth[v + dv, u + du] - here) / here
                     slope = max(slope, 1.0 if np.isnan(step) else step)
-            doubt = slope / (slope + DOUBTFUL_SLOPE) + (here / MAX_METRES) ** 4
+            doubt = slope**2 / (slope**2 + DOUBTFUL_SLOPE**2) + (here / MAX_METRES) ** 8
             doubt += DOUBTFUL_LIGHT * here**2 / max(light[v, u], 1e-6)
             doubt += DOUBT_NOISE * noise[v, u]
             sure[v, u] = 2 if doubt < 0.5 else 1 if doubt < 1 else 0

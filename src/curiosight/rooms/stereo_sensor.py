@@ -51,7 +51,7 @@ DOTS_METRES = 5.0
 
 # Blocks that lie on two surfaces: those that differ by this much disparity, this far away.
 JUMP_PX, JUMP_REACH = 2.0, 3
-LOST_AT_JUMPS = 0.4  # deviations of noise: a third of them
+LOST_AT_JUMPS = -0.3  # deviations of noise: six in ten of them
 OUTLINE_STRETCH = 1.5
 
 HOLE_BLUR_PX = 6.0
