@@ -14,7 +14,7 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, views_from
+from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, usual_layout, views_from
 from curiosight.rooms import RoomViews, draw_room, is_room, parse_room
 from curiosight.viewing.live import announce_compilation
 
@@ -30,10 +30,17 @@ def render(
         list[str] | None,
         typer.Option(
             metavar="X,Y,HEADING",
-            help="Look from here instead: metres, and degrees from the x axis. Can be repeated.",
+            help="Look from here instead, or with over=table at this: metres, and degrees from "
+            "the x axis. Can be repeated.",
         ),
     ] = None,
-    layout: Annotated[str, typer.Option(help=" or ".join(LAYOUTS) + ".")] = "tum",
+    layout: Annotated[
+        str | None,
+        typer.Option(
+            help=" or ".join(LAYOUTS) + "; sensor=lidar has a place in plain alone.",
+            show_default="tum; plain for sensor=lidar",
+        ),
+    ] = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -56,9 +63,10 @@ def render(
         looks = RoomViews(draw_room(settings))
         if pose:
             looks = views_from(looks, [_read_pose(text) for text in pose])
-        n_written, status = _render(talk, looks, cast(Layout, layout), folder)
-    summary = {"room": looks.path, "views": n_written, "layout": layout, "out": str(folder.path)}
-    rows = {"views": count(n_written, "view"), "layout": layout, "written to": folder.path}
+        form = usual_layout(looks) if layout is None else layout
+        n_written, status = _render(talk, looks, cast(Layout, form), folder)
+    summary = {"room": looks.path, "views": n_written, "layout": form, "out": str(folder.path)}
+    rows = {"views": count(n_written, "view"), "layout": form, "written to": folder.path}
     talk.results("render", rows, summary)
     if status and n_written < len(looks):
         talk.note(f"stopped after {count(n_written, 'view')}; these are kept")

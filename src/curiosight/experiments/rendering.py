@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Generator, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,10 @@ from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.layouts import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
-from curiosight.rooms.viewpoints import camera_pose
 from curiosight.rooms.views import CAMERA, RoomViews
 
-Layout = Literal["7scenes", "tum"]
-LAYOUTS: tuple[Layout, ...] = ("7scenes", "tum")
+Layout = Literal["7scenes", "tum", "plain"]
+LAYOUTS: tuple[Layout, ...] = ("7scenes", "tum", "plain")
 
 # As if the robot had looked around once a second, at any time.
 FIRST_STAMP_S = 1_700_000_000
@@ -27,15 +26,10 @@ FIRST_STAMP_S = 1_700_000_000
 def views_from(views: RoomViews, places: Sequence[tuple[float, float, float]]) -> RoomViews:
     """Return the views from chosen places of the same room: metres x, y, degrees heading.
 
-    Raises ValueError for a place where a robot cannot stand.
+    Over tables, the places are those that are looked at. Raises ValueError for a place where a
+    robot cannot stand, or that is on no table.
     """
-    settings = views.room.settings
-    for x, y, _ in places:
-        views.free_space.check(np.array([x, y]))
-    poses = [
-        camera_pose(*place, height=settings.height, tilt_deg=settings.tilt) for place in places
-    ]
-    return RoomViews(views.room, poses)
+    return RoomViews(views.room, [views.pose_at(*place) for place in places])
 
 
 def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Generator[Frame]:
@@ -45,7 +39,18 @@ def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Generato
     """
     if layout not in LAYOUTS:
         raise ValueError(f"layout: expected {' or '.join(LAYOUTS)}, got {layout!r}")
-    return _as_seven_scenes(views, out) if layout == "7scenes" else _as_tum(views, out)
+    if views.room.settings.sensor == "lidar" and layout != "plain":
+        raise ValueError(
+            f"layout: expected plain for sensor=lidar, got {layout!r}, which has no place for "
+            "confidence and small depth"
+        )
+    write = {"7scenes": _as_seven_scenes, "tum": _as_tum, "plain": _as_plain}[layout]
+    return write(views, out)
+
+
+def usual_layout(views: RoomViews) -> Layout:
+    """Return the layout for all that the room's sensor gives."""
+    return "plain" if views.room.settings.sensor == "lidar" else "tum"
 
 
 def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
@@ -71,7 +76,7 @@ def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
 def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
     """Write registered depth, and at the end the lists of files by stamp and the trajectory."""
     out.write_text("room.txt", f"{views.path}\n")
-    out.write_text("camera.json", json.dumps(_camera_file(CAMERA), indent=1) + "\n")
+    out.write_text("camera.json", _camera_file(CAMERA, tum_rgbd.UNIT.scale))
     stamps: list[str] = []
     try:
         for index in range(len(views)):
@@ -86,14 +91,38 @@ def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
         _write_lists(stamps, views.poses, out)
 
 
+def _as_plain(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
+    """Write depth in millimetres as the sensor gives it, with how sure it is where it tells."""
+    out.write_text("room.txt", f"{views.path}\n")
+    out.write_text("camera.json", _camera_file(CAMERA, MILLIMETRES.scale))
+    stamps: list[str] = []
+    try:
+        for index in range(len(views)):
+            stamp, look = f"{FIRST_STAMP_S + index}.000000", views.look(index)
+            out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
+            readings = look.readings
+            out.write_image(f"depth/{stamp}.png", _in_units(readings.depth, MILLIMETRES.scale))
+            if readings.confidence is not None:
+                out.write_image(f"confidence/{stamp}.png", readings.confidence)
+            out.write_image(f"ground_truth/{stamp}.png", look.truth)
+            stamps.append(stamp)
+            yield look.frame
+    finally:
+        out.write_text("poses.txt", _trajectory(stamps, views.poses))
+
+
 def _write_lists(stamps: Sequence[str], poses: Sequence[Pose], out: OutputFolder) -> None:
-    """List the images that were written, and the first poses, theirs."""
+    """List the images that were written, and their poses."""
     for kind in ("rgb", "depth"):
         lines = [f"{stamp} {kind}/{stamp}.png" for stamp in stamps]
         out.write_text(f"{kind}.txt", "\n".join(["# timestamp filename", *lines]) + "\n")
-    trajectory = [_pose_line(*posed) for posed in zip(stamps, poses, strict=False)]
-    heading = "# timestamp tx ty tz qx qy qz qw"
-    out.write_text("groundtruth.txt", "\n".join([heading, *trajectory]) + "\n")
+    out.write_text("groundtruth.txt", _trajectory(stamps, poses))
+
+
+def _trajectory(stamps: Sequence[str], poses: Sequence[Pose]) -> str:
+    """Return the lines of the first poses, those of the stamps."""
+    lines = [_pose_line(*posed) for posed in zip(stamps, poses, strict=False)]
+    return "\n".join(["# timestamp tx ty tz qx qy qz qw", *lines]) + "\n"
 
 
 def _in_units(depth: Depth, scale: float) -> npt.NDArray[np.uint16]:
@@ -102,9 +131,9 @@ def _in_units(depth: Depth, scale: float) -> npt.NDArray[np.uint16]:
     return np.where(units < 65535, units, 0).astype(np.uint16)
 
 
-def _camera_file(camera: Camera) -> dict[str, Any]:
+def _camera_file(camera: Camera, depth_scale: float) -> str:
     numbers = {key: getattr(camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
-    return {**numbers, "depth_scale": tum_rgbd.UNIT.scale}
+    return json.dumps({**numbers, "depth_scale": depth_scale}, indent=1) + "\n"
 
 
 def _pose_line(stamp: str, pose: Pose) -> str:

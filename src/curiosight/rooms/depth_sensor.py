@@ -58,10 +58,8 @@ def kinect_depth(
 
     Lengths in pixels (of outlines, holes, noise) are those of a 640x480 image.
     """
+    check_sizes(camera, depth=depth, cosine=cosine, infrared=infrared)
     size = (camera.height, camera.width)
-    for name, image in (("depth", depth), ("cosine", cosine), ("infrared", infrared)):
-        if image.shape != size:
-            raise ValueError(f"{name}: expected {size} like the camera's image, got {image.shape}")
     noise = smooth_noise(size, NOISE_BLUR_PX, rng)
     holes = smooth_noise(size, HOLE_BLUR_PX, rng)
     shift_u, shift_v = (smooth_noise(size, OUTLINE_BLUR_PX, rng) for _ in range(2))
@@ -73,6 +71,14 @@ def kinect_depth(
     flat = [image.ravel() for image in (inverse, *surface, source, noise, holes)]
     reading: Depth = read(*flat).reshape(size)
     return reading
+
+
+def check_sizes(camera: Camera, **images: Array) -> None:
+    """Raise ValueError for an image, given by its name, that is not (H, W) as the camera's."""
+    size = (camera.height, camera.width)
+    for name, image in images.items():
+        if image.shape != size:
+            raise ValueError(f"{name}: expected {size} like the camera's image, got {image.shape}")
 
 
 def smooth_noise(size: tuple[int, int], blur_px: float, rng: np.random.Generator) -> Array:

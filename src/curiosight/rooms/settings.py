@@ -9,10 +9,13 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 PlanShape = Literal["rect", "l"]
-SensorName = Literal["kinect", "perfect"]
+SensorName = Literal["kinect", "stereo", "lidar", "perfect"]
 Split = Literal["train", "test"]
+Over = Literal["table"]
 
 PREFIX = "room:"
+# Metres and degrees of the paper's robot, whose camera stands on a mast.
+MAST_HEIGHT, MAST_TILT = 1.0, 10.0
 MAX_VIEWS = 10_000
 
 
@@ -23,11 +26,17 @@ class RoomSettings:
     seed: of plan, furniture, things and views. plan: None = drawn from the seed.
     rearrange: seed of another arrangement of the things; None = as first drawn.
     lights: seed of other lights; None = as first drawn.
-    sensor: "kinect" = noise, holes and range of a Kinect v1; "perfect" = depth everywhere.
-    height, tilt: of the camera, metres over the floor and degrees down; the paper's robot's.
+    sensor: "kinect" = noise, holes and range of a Kinect v1; "stereo" = those of a stereo camera;
+        "lidar" = a phone's small and smooth image; "perfect" = depth everywhere.
+    height, tilt: of the camera, metres over the floor and degrees down; None = the paper's
+        robot's, which they become. With `over`, metres over the table, and None = each view its
+        own, of 0.5 to 1.2 m and 60 to 90 degrees.
     views: how many viewpoints. split: "test" = other viewpoints than "train", as many.
     blur: motion blur.
     furniture: a Sweet Home 3D library (.sh3f) whose things stand among the others.
+    over: "table" = an arm holds the camera over tables; None = a robot carries it.
+    mount: degrees by which the camera is turned about its optical axis, clockwise as seen from
+        behind it.
     """
 
     seed: int = 0
@@ -35,15 +44,21 @@ class RoomSettings:
     rearrange: int | None = None
     lights: int | None = None
     sensor: SensorName = "kinect"
-    height: float = 1.0
-    tilt: float = 10.0
+    height: float | None = None
+    tilt: float | None = None
     views: int = 200
     split: Split = "train"
     blur: bool = False
     furniture: Path | None = None
+    over: Over | None = None
+    mount: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, choices in (("plan", PlanShape), ("sensor", SensorName), ("split", Split)):
+        if self.over is None:
+            for name, usual in (("height", MAST_HEIGHT), ("tilt", MAST_TILT)):
+                if getattr(self, name) is None:
+                    object.__setattr__(self, name, usual)
+        for name, choices in _CHOICES.items():
             value = getattr(self, name)
             if value is not None and value not in get_args(choices):
                 raise ValueError(f"{name}: expected {' or '.join(get_args(choices))}, got {value}")
@@ -51,22 +66,36 @@ class RoomSettings:
             value = getattr(self, name)
             if value is not None and value < 0:
                 raise ValueError(f"{name}: expected 0 or more, got {value}")
-        if not 0.4 <= self.height <= 1.6:
-            raise ValueError(f"height: expected 0.4 to 1.6 metres, got {self.height}")
-        if not 0 <= self.tilt <= 45:
-            raise ValueError(f"tilt: expected 0 to 45 degrees, got {self.tilt}")
+        self._check_camera()
         if not 1 <= self.views <= MAX_VIEWS:
             raise ValueError(f"views: expected 1 to {MAX_VIEWS}, got {self.views}")
 
+    def _check_camera(self) -> None:
+        limits = {"height": (0.2, 2.0, "metres"), "tilt": (0, 90, "degrees")}
+        over = ""
+        if self.over is not None:
+            over = " over a table"
+            limits = {"height": (0.3, 1.5, "metres"), "tilt": (45, 90, "degrees")}
+        limits["mount"] = (-360, 360, "degrees")
+        for name, (low, high, unit) in limits.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                where = "" if name == "mount" else over
+                raise ValueError(f"{name}: expected {low} to {high} {unit}{where}, got {value}")
+
     def __str__(self) -> str:
         """Return the source string that `parse_room` reads."""
-        default = RoomSettings(seed=self.seed)
+        default = RoomSettings(seed=self.seed, over=self.over)
         changed = [
             f",{field.name}={_written(getattr(self, field.name))}"
             for field in fields(self)
             if getattr(self, field.name) != getattr(default, field.name)
+            or (field.name == "over" and self.over is not None)
         ]
         return f"{PREFIX}{self.seed}" + "".join(changed)
+
+
+_CHOICES = {"plan": PlanShape, "sensor": SensorName, "split": Split, "over": Over}
 
 
 def is_room(source: Path | str) -> bool:
@@ -106,6 +135,8 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "split": str,
     "blur": _read_switch,
     "furniture": Path,
+    "over": str,
+    "mount": float,
 }
 _EXPECTED = {int: "a whole number", float: "a number", _read_switch: "yes or no"}
 

@@ -42,6 +42,7 @@ def draw_poses(
     *,
     height: float,
     tilt_deg: float,
+    roll_deg: float = 0.0,
 ) -> list[Pose]:
     """Return poses where a robot can stand, with some room before the camera."""
     poses: list[Pose] = []
@@ -58,7 +59,7 @@ def draw_poses(
                 heading,
                 height=height + float(sway[0]),
                 tilt_deg=tilt_deg + float(sway[1]),
-                roll_deg=float(sway[2]),
+                roll_deg=roll_deg + float(sway[2]),
             )
         )
     return poses

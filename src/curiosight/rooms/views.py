@@ -13,12 +13,13 @@ import numpy.typing as npt
 
 from curiosight.frame import Camera, Depth, Frame, Pose
 from curiosight.rooms.colour_sensor import develop, draw_look
-from curiosight.rooms.depth_sensor import kinect_depth
 from curiosight.rooms.free_space import FreeSpace
+from curiosight.rooms.overhead import HEIGHTS, TILTS_DEG, OverTables, looking_at
 from curiosight.rooms.renderer import Renderer
 from curiosight.rooms.room import LOOKS, VIEWS, Room, stream
+from curiosight.rooms.sensing import Readings, sense
 from curiosight.rooms.truth import draw_instances, draw_truth
-from curiosight.rooms.viewpoints import draw_poses
+from curiosight.rooms.viewpoints import camera_pose, draw_poses
 
 # A Kinect's colour camera, depth registered to it.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
@@ -31,12 +32,14 @@ class Look:
 
     truth: (H, W) uint8, 255 salient, 0 not salient, 125 ignored.
     true_depth: (H, W) float32 metres along z. ids: (H, W) int32 number of the part.
+    readings: what the depth sensor gives, of its own size; `frame.depth` is made of it.
     """
 
     frame: Frame
     truth: npt.NDArray[np.uint8]
     true_depth: Depth
     ids: npt.NDArray[np.int32]
+    readings: Readings
 
 
 class RoomViews:
@@ -54,7 +57,9 @@ class RoomViews:
         self.room = room
         self.path = str(settings)
         self.remarks = (_sentence(room),)
-        self.free_space: FreeSpace = room.free_space()
+        self.free_space: FreeSpace | OverTables = (
+            room.free_space() if settings.over is None else OverTables(room)
+        )
         self.poses = tuple(self._drawn_poses() if poses is None else poses)
         digits = max(3, len(str(len(self.poses) - 1)))
         self.ids = tuple(f"{settings.split}-{index:0{digits}}" for index in range(len(self.poses)))
@@ -62,15 +67,35 @@ class RoomViews:
         self._lock = threading.Lock()
 
     def _drawn_poses(self) -> list[Pose]:
-        settings = self.room.settings
+        settings, rng, space = self.room.settings, self._stream(VIEWS), self.free_space
+        height, tilt, roll = settings.height, settings.tilt, settings.mount
+        if isinstance(space, OverTables):
+            return space.draw_poses(
+                settings.views, rng, height=height, tilt_deg=tilt, roll_deg=roll
+            )
+        assert height is not None
+        assert tilt is not None
+        outline = self.room.plan.outline
         return draw_poses(
-            settings.views,
-            self.free_space,
-            self.room.plan.outline,
-            self._stream(VIEWS),
-            height=settings.height,
-            tilt_deg=settings.tilt,
+            settings.views, space, outline, rng, height=height, tilt_deg=tilt, roll_deg=roll
         )
+
+    def pose_at(self, x: float, y: float, heading_deg: float) -> Pose:
+        """Return the pose of a camera at a place, or, over tables, of one that looks at it.
+
+        Raises ValueError for a place where a robot cannot stand, or that is on no table.
+        """
+        settings, space, place = self.room.settings, self.free_space, np.array([x, y])
+        height, tilt, roll = settings.height, settings.tilt, settings.mount
+        if isinstance(space, OverTables):
+            height = sum(HEIGHTS) / 2 if height is None else height
+            tilt = sum(TILTS_DEG) / 2 if tilt is None else tilt
+            target = space.target(place)
+            return looking_at(target, heading_deg, height=height, tilt_deg=tilt, roll_deg=roll)
+        space.check(place)
+        assert height is not None
+        assert tilt is not None
+        return camera_pose(x, y, heading_deg, height=height, tilt_deg=tilt, roll_deg=roll)
 
     def _stream(self, number: int, *more: int) -> np.random.Generator:
         """Return a source of chance that differs between splits and arrangements too."""
@@ -133,14 +158,13 @@ class RoomViews:
         settings = self.room.settings
         rendering = self.renderer.render(camera, T_room_camera)
         rgb = develop(rendering.radiance, draw_look(rng, blur=settings.blur), rng)
-        depth = rendering.depth
-        if settings.sensor == "kinect":
-            depth = kinect_depth(depth, rendering.cosine, rendering.infrared, camera, rng)
+        readings = sense(settings.sensor, rendering, camera, rng)
         return Look(
-            Frame(id, rgb, depth, camera, T_room_camera),
+            Frame(id, rgb, readings.registered(camera), camera, T_room_camera),
             draw_truth(rendering.ids, self.room.scene.parts),
             rendering.depth,
             rendering.ids,
+            readings,
         )
 
 

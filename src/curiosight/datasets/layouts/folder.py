@@ -39,6 +39,7 @@ class Folder(Calibrated):
             raise DataError(path / "rgb", "holds no images", "add colour images")
         remarks: list[str] = []
         depth = _depth_of(path / "depth", images, remarks)
+        confidence = _confidence_of(path / "confidence", images)
         poses, stamps = _poses(path, list(images), remarks)
         ground_truth = find_ground_truth(path)
         entries = [
@@ -46,6 +47,7 @@ class Folder(Calibrated):
                 id=id,
                 rgb=rgb,
                 depth=depth[id],
+                confidence=confidence.get(rgb),
                 T_world_camera=pose,
                 stamp_ns=stamp,
                 ground_truth=ground_truth.get(id),
@@ -80,6 +82,12 @@ def _depth_of(folder: Path, images: dict[str, Path], remarks: list[str]) -> dict
     remarks.append(f"depth is found by {how}: {pairs[0][0].name} with {pairs[0][1].name}")
     depth_of = dict(pairs)
     return {id: depth_of.get(rgb, folder / f"{rgb.stem}.png") for id, rgb in images.items()}
+
+
+def _confidence_of(folder: Path, images: dict[str, Path]) -> dict[Path, Path]:
+    """Return the image of how sure depth is for each colour image that has one."""
+    files = list(list_images(folder).values()) if folder.is_dir() else []
+    return dict(match_names(list(images.values()), files)[0]) if files else {}
 
 
 def _poses(
