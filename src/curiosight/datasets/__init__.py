@@ -114,7 +114,11 @@ SOURCES = (
     Video,
 )
 
-LOOKED_FOR = "looked for " + "; ".join(f"{source.evidence} ({source.name})" for source in SOURCES)
+LOOKED_FOR = (
+    "put colour into rgb/ and depth, 16-bit PNG in millimetres or .npy in metres, into depth/ under "
+    "the same names, with a camera.json; read as they are: "
+    + ", ".join(source.name for source in SOURCES)
+)
 
 
 def open_dataset(
@@ -164,6 +168,9 @@ def _open(path: Path) -> Recording | Video:
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)
+        for source in REFUSED:
+            if child.is_file() and source.recognises(child):
+                return source(child)
     inside = [child for child in sorted(path.iterdir()) if _has_depth(child)]
     if not inside and Named.recognises_below(path):
         return Named(path)

@@ -199,15 +199,20 @@ def _of_quaternions(rows: Sequence[Numbers | None], header: str) -> list[Pose | 
     quaternions, positions = (
         (table[:, 3:], table[:, :3]) if is_last else (table[:, :4], table[:, 4:])
     )
-    named = [match.lower() for match in QUATERNION_WORD.findall(header)]
-    w_is_first = named[:1] == ["w"] if named else not is_last
-    if w_is_first:
+    named = w_is_first(header)
+    if named or (named is None and not is_last):
         quaternions = np.roll(quaternions, -1, axis=1)
     is_valid = _is_unit(quaternions) & np.isfinite(positions).all(axis=1)
     return [
         _pose(position, quaternion) if valid else None
         for position, quaternion, valid in zip(positions, quaternions, is_valid, strict=True)
     ]
+
+
+def w_is_first(header: str) -> bool | None:
+    """Tell whether a header names a quaternion's w before its x; None where it names neither."""
+    named = [match.lower() for match in QUATERNION_WORD.findall(header)]
+    return named[0] == "w" if named else None
 
 
 def _is_unit(quaternions: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
