@@ -143,7 +143,7 @@ def _table(lines: Sequence[_Line], header: str) -> list[PoseRow]:
     ]
     keys = [line.words[0] if has_name or n_keys else None for line in lines]
     if n_numbers - n_keys in MATRIX_SIZES:
-        made = [None if numbers is None else _of_matrix(numbers) for numbers in usual]
+        made = [None if numbers is None else pose_of_matrix(numbers) for numbers in usual]
     else:
         made = _of_quaternions(usual, header)
     return [
@@ -169,7 +169,7 @@ def _blocks(lines: Sequence[_Line]) -> list[PoseRow]:
     if len(whole) < len(blocks) - 1 or (not has_heads and any(len(n.numbers) < 4 for n in lines)):
         return []
     rows = [
-        PoseRow(key, _of_matrix(numbers), _is_openly_lost(numbers))
+        PoseRow(key, pose_of_matrix(numbers), _is_openly_lost(numbers))
         for key, numbers in zip(keys, whole, strict=False)
     ]
     # The last one may be cut short.
@@ -182,8 +182,8 @@ def _is_bottom(line: _Line) -> bool:
     return numbers.shape == (4,) and (is_lost or bool(np.allclose(numbers, (0, 0, 0, 1))))
 
 
-def _of_matrix(numbers: Numbers) -> Pose | None:
-    """Return the pose of 16 numbers in rows or columns, or of 12 in rows; None if lost."""
+def pose_of_matrix(numbers: Numbers) -> Pose | None:
+    """Return the pose (4, 4) of 16 numbers in rows or columns, or of 12 in rows; None if lost."""
     pose = np.eye(4)
     pose.ravel()[: len(numbers)] = numbers
     if is_rigid(pose):
