@@ -115,8 +115,8 @@ SOURCES = (
 )
 
 LOOKED_FOR = (
-    "put colour into rgb/ and depth, 16-bit PNG in millimetres or .npy in metres, into depth/ under "
-    "the same names, with a camera.json; read as they are: "
+    "put colour into rgb/ and depth, as 16-bit PNG in millimetres or .npy in metres, into depth/, "
+    "under the same names, with a camera.json; read as they are: "
     + ", ".join(source.name for source in SOURCES)
 )
 
@@ -161,7 +161,7 @@ def _open(path: Path) -> Recording | Video:
     for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
-    if path.is_file():
+    if not path.is_dir():
         raise DataError(path, "is a file, and no video", "give the folder of a recording")
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")

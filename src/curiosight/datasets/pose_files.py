@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from curiosight.datasets.listing import natural_key
-from curiosight.datasets.pose_match import Matched, match_poses, plain_stem, varying_numbers
 from curiosight.datasets.pose_json import read_json_poses
+from curiosight.datasets.pose_match import Matched, match_poses, plain_stem, varying_numbers
 from curiosight.datasets.pose_text import PoseRow, read_pose_rows
 from curiosight.frame import Pose
 

@@ -68,7 +68,7 @@ def _of_object(content: dict[str, Any], key: str | None) -> PoseRow | None:
     if pose is not None and kind == NERF_KEY:
         pose = pose @ NERF_AXES
     if pose is not None and kind == OPEN3D_KEY:
-        pose = np.linalg.inv(pose)
+        pose = np.linalg.inv(pose).astype(np.float64)
     return PoseRow(name, pose)
 
 

@@ -1,4 +1,4 @@
-"""Read JSON, YAML, MATLAB, NumPy files or plain text as numbers with the places where they stand."""
+"""Read JSON, YAML, XML, MATLAB, NumPy or plain text as numbers with their places."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ from curiosight.datasets.doubts.values import (
     has_rotated_bits,
     stored_depth,
 )
-from curiosight.frame import Depth, Frame, Pose, is_rigid
+from curiosight.frame import Camera, Depth, Frame, Pose, is_rigid
 
 # Frames that are opened together differ from their first by these shares of the trajectory's
 # extent or by these angles; the nearest in time is taken.
@@ -41,6 +41,8 @@ MIN_READINGS = 1000
 # Where motion says that units of depth and position differ, how much worse (as a log-likelihood)
 # depth may look for it to be at fault nevertheless.
 UNIT_BEFORE_POSITIONS = 4.0
+# Of the principal point to the image's middle, 1 = at the edge; a crop may move it a little.
+MAX_OFF_CENTRE = 0.5
 # Of what one frame sees, where another sees it: rotations of another order explain less.
 MAX_SHARE_GIVEN = 0.6
 W_FIRST_HEADER = '"# stamp tx ty tz qw qx qy qz"'
@@ -48,7 +50,7 @@ AXIS_NAMES = (("right", "left"), ("down", "up"), ("forward", "backward"))
 
 
 def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
-    """Return what contradicts unit, bits or poses of a recording; nothing where none shows.
+    """Return what contradicts camera, unit, bits or poses of a recording; nothing where none shows.
 
     Opens up to `n_frames` frames. One cause gives one doubt: where the unit is wrong, the poses
     that it contradicts are not doubted as well.
@@ -57,6 +59,25 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
         raise ValueError(f"n_frames: expected at least 1, got {n_frames}")
     if not dataset.has_depth:
         return []
+    return [*_camera_doubts(dataset.camera), *_frame_doubts(dataset, n_frames)]
+
+
+def _camera_doubts(camera: Camera | None) -> list[Doubt]:
+    """Return a doubt about intrinsics whose principal point is far from the image's middle."""
+    if camera is None:
+        return []
+    off = abs(2 * camera.cx / camera.width - 1), abs(2 * camera.cy / camera.height - 1)
+    if max(off) <= MAX_OFF_CENTRE:
+        return []
+    text = (
+        f"the principal point ({camera.cx:.6g}, {camera.cy:.6g}) is far from the middle of the "
+        f"{camera.width}x{camera.height} images: the intrinsics may be for another size"
+    )
+    return [Doubt("camera", text, "camera.json")]
+
+
+def _frame_doubts(dataset: Dataset, n_frames: int) -> list[Doubt]:
+    """Return what contradicts unit, bits or poses in some frames."""
     frames = [dataset[index] for index in choose_frames(dataset.poses, n_frames)]
     frames = [frame for frame in frames if _n_readings(frame) >= MIN_READINGS]
     if not frames:

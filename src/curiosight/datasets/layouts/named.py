@@ -116,7 +116,9 @@ def _with_own_cameras(
     remarks.append("each folder has a camera of its own")
     of_folder = {sequences[prefix]: file.camera for prefix, file in known.items()}
     return [
-        replace(entry, camera=next((c for f, c in of_folder.items() if f in entry.rgb.parents), None))
+        replace(
+            entry, camera=next((c for f, c in of_folder.items() if f in entry.rgb.parents), None)
+        )
         for entry in entries
     ]
 
