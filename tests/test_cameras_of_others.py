@@ -10,10 +10,11 @@ import pytest
 from scipy.io import savemat
 
 from curiosight.datasets import open_dataset
+from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.find_camera import find_camera
 from curiosight.datasets.cameras.intrinsics import read_intrinsics
 from curiosight.errors import DataError
-from recordings import SIZE, write_folder
+from recordings import SIZE, write_camera_file, write_folder
 from room import kinect
 
 ROWS = "[600.0, 0, 310.5, 0, 601.0, 235.5, 0, 0, 1]"
@@ -88,6 +89,20 @@ FORMS = {
         "m_calibrationDepthIntrinsic = 583 0 320 0 0 583 240 0 0 0 1 0 0 0 0 1\n",
         SIZED,
         0.001,
+    ),
+    "cameras.txt": (
+        "# Camera list\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
+        "1 PINHOLE 640 480 600 601 310.5 235.5\n",
+        SIZED,
+        None,
+    ),
+    "calib.xml": (
+        '<?xml version="1.0"?>\n<opencv_storage>\n<image_width>640</image_width>\n'
+        '<image_height>480</image_height>\n<camera_matrix type_id="opencv-matrix">\n<rows>3</rows>'
+        "<cols>3</cols><dt>d</dt>\n<data>\n600. 0. 310.5 0. 601.\n235.5 0. 0. 1.</data>"
+        "</camera_matrix>\n</opencv_storage>\n",
+        SIZED,
+        None,
     ),
     "x.pincam": ("640 480 600 601 310.5 235.5", SIZED, None),
 }
@@ -186,3 +201,48 @@ def test_own_file_with_a_mistyped_key_is_still_refused(tmp_path: Path) -> None:
     (tmp_path / "camera.json").write_text(json.dumps(camera))
     with pytest.raises(DataError, match='use "depth_scale"'):
         open_dataset(tmp_path)
+
+
+def test_array_is_read(tmp_path: Path) -> None:
+    np.save(tmp_path / "K.npy", np.array([[600.0, 0, 310.5], [0, 601.0, 235.5], [0, 0, 1]]))
+    found = find_camera(tmp_path)
+    assert found is not None
+    assert (found.fx, found.fy, found.cx, found.cy) == PIXELS
+
+
+def test_files_in_a_folder_of_cameras_are_found(tmp_path: Path) -> None:
+    (tmp_path / "camera-intrinsics").mkdir()
+    (tmp_path / "camera-intrinsics/000000-0.txt").write_text(FORMS["intrinsics.txt"][0])
+    found = find_camera(tmp_path)
+    assert found is not None
+    assert (found.fx, found.fy, found.cx, found.cy) == PIXELS
+
+
+def test_size_may_be_height_and_width(tmp_path: Path) -> None:
+    size = (160, 120)
+    (tmp_path / "camera.json").write_text(
+        '{"K": [[150, 0, 79.5], [0, 150, 59.5], [0, 0, 1]], "resolution": [120, 160]}'
+    )
+    camera = find_calibration(tmp_path, size, []).camera
+    assert (camera.width, camera.height, camera.fx, camera.cx) == (160, 120, 150, 79.5)
+
+
+def test_intrinsics_of_images_that_were_halved_are_halved(tmp_path: Path) -> None:
+    (tmp_path / "intrinsics.txt").write_text("1000 0 619.5\n0 1000 449.5\n0 0 1\n")
+    camera = find_calibration(tmp_path, (620, 450), []).camera
+    assert (camera.width, camera.height) == (1240, 900)
+
+
+@pytest.mark.parametrize("size", [(480, 640), (1280, 720)])
+def test_assumed_camera_has_square_pixels(size: tuple[int, int], tmp_path: Path) -> None:
+    camera = find_calibration(tmp_path, size, []).camera
+    assert camera.fx == camera.fy
+    assert (camera.cx, camera.cy) == ((size[0] - 1) / 2, (size[1] - 1) / 2)
+    assert camera.fx == pytest.approx(525 * np.sqrt(size[0] * size[1] / (640 * 480)))
+
+
+def test_camera_file_of_windows_is_read(tmp_path: Path) -> None:
+    write_camera_file(tmp_path, kinect(*SIZE))
+    path = tmp_path / "camera.json"
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert find_calibration(tmp_path, SIZE, []).camera == kinect(*SIZE)

@@ -12,6 +12,7 @@ import pytest
 
 from curiosight.datasets import Recording, check_dataset, open_dataset
 from curiosight.datasets.pairs import match_names
+from curiosight.errors import DataError
 from recordings import SIZE, pose_line, write_image
 from room import View, kinect, poses_around, render
 
@@ -226,3 +227,40 @@ def test_pictures_of_depth_are_no_depth(tmp_path: Path) -> None:
     assert dataset.name == "folder of images"
     assert len(dataset) == N_FRAMES
     assert "left out, for their names: depth_0.png (depth)" in dataset.remarks
+
+
+def test_files_that_are_called_by_words_are_frames(tmp_path: Path) -> None:
+    for name, view in zip(("test-image", "test-background", "mug"), VIEWS, strict=False):
+        write_image(tmp_path / f"{name}.color.png", view.rgb)
+        write_image(tmp_path / f"{name}.depth.png", units(view))
+    write_camera(tmp_path / "test-camera.json")
+    dataset = open_dataset(tmp_path)
+    assert len(dataset) == 3
+    assert all(dataset[index].problem is None for index in range(3))
+    assert np.array_equal(dataset[0].rgb, VIEWS[2].rgb)
+
+
+def test_folders_may_have_cameras_of_their_own(tmp_path: Path) -> None:
+    for folder, focal in (("cam1", 150.0), ("cam2", 120.0)):
+        write_image(tmp_path / folder / "color/0.png", VIEWS[0].rgb)
+        write_image(tmp_path / folder / "depth/0.png", units(VIEWS[0]))
+        matrix = [[focal, 0, CAMERA.cx], [0, focal, CAMERA.cy], [0, 0, 1]]
+        write_camera(tmp_path / folder / "intrinsics.json", K=matrix)
+    dataset = open_dataset(tmp_path)
+    cameras = [dataset[index].camera for index in range(2)]
+    assert [camera and camera.fx for camera in cameras] == [150.0, 120.0]
+
+
+def test_folders_of_different_units_are_refused(tmp_path: Path) -> None:
+    for folder, scale in (("cam1", 1000.0), ("cam2", 5000.0)):
+        write_image(tmp_path / folder / "color/0.png", VIEWS[0].rgb)
+        write_image(tmp_path / folder / "depth/0.png", units(VIEWS[0], 1 / scale))
+        write_camera(tmp_path / folder / "intrinsics.json", depth_scale=scale)
+    with pytest.raises(DataError, match="different units of depth"):
+        open_dataset(tmp_path)
+
+
+def test_folder_of_depth_alone_is_no_colour(tmp_path: Path) -> None:
+    write_image(tmp_path / "0.png", units(VIEWS[0]))
+    with pytest.raises(DataError, match="depth, not colour"):
+        open_dataset(tmp_path)

@@ -270,3 +270,18 @@ def test_matlab_file_is_refused_with_a_way_out(tmp_path: Path) -> None:
     file.write_bytes(b"MATLAB 7.3 MAT-file")
     with pytest.raises(DataError, match=r"is a MATLAB file.*plain folder"):
         open_dataset(file)
+
+
+@pytest.mark.parametrize("name", ["colorIntrinsics.txt", "K.txt", "camera.txt", "info.txt"])
+def test_names_of_seven_scenes_with_a_camera_file_are_no_seven_scenes(
+    name: str, tmp_path: Path
+) -> None:
+    """Depth of Intrinsic3D and of BundleFusion is registered already."""
+    view = render(CAMERA, poses_around(3)[0])
+    write_image(tmp_path / "frame-000000.color.png", view.rgb)
+    write_depth(tmp_path / "frame-000000.depth.png", view.depth)
+    write_matrix(tmp_path / name)
+    dataset = open_dataset(tmp_path)
+    assert dataset.name == "3DMatch / MIT-Princeton"
+    assert dataset.camera == CAMERA
+    assert np.nanmax(np.abs(dataset[0].depth - view.depth)) < 0.001

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.spatial.transform import Rotation
 
 from curiosight.datasets import open_dataset
 from curiosight.datasets.depth_bits import are_rotated
@@ -113,6 +115,29 @@ def test_wrong_unit_is_named(tmp_path: Path, pose: Any, depth_scale: float, fact
 def test_wrong_poses_are_named(tmp_path: Path, pose: Any, code: str, fix: str) -> None:
     [(found, _, named)] = doubts_of(write_room(tmp_path, pose=pose))
     assert (found, named) == (code, fix)
+
+
+def w_first(pose: Pose) -> Pose:
+    """Return what a quaternion w, x, y, z becomes when it is read as x, y, z, w."""
+    other = pose.copy()
+    quaternion = Rotation.from_matrix(pose[:3, :3]).as_quat()
+    other[:3, :3] = Rotation.from_quat(np.roll(quaternion, 1)).as_matrix()
+    return other
+
+
+def test_quaternions_of_another_order_are_named_and_a_header_mends_them(tmp_path: Path) -> None:
+    [(code, _, header)] = doubts_of(write_room(tmp_path, pose=w_first))
+    assert code == "poses-quaternion"
+    path = tmp_path / "poses.txt"
+    path.write_text(header.strip('"') + "\n" + path.read_text())
+    assert doubts_of(tmp_path) == []
+    assert open_dataset(tmp_path).poses[0] == pytest.approx(POSES[0], abs=1e-5)
+
+
+def test_principal_point_at_the_edge_is_doubted(tmp_path: Path) -> None:
+    write_room(tmp_path)
+    write_camera_file(tmp_path, replace(kinect(), cx=0.0, cy=0.0))
+    assert [code for code, _, _ in doubts_of(tmp_path)] == ["camera"]
 
 
 def test_axes_of_a_body_are_named(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -78,6 +79,38 @@ def test_trajectory_is_read_in_any_form(tmp_path: Path, form: str, name: str) ->
     assert found.source == tmp_path / name
     assert found.n_lost == 0
     assert_poses(found)
+
+
+JSON_FORMS = {
+    "poses.json": lambda: [pose.tolist() for pose in POSES],
+    "pose.json": lambda: {
+        name: pose.ravel().tolist() for name, pose in zip(NAMES, POSES, strict=True)
+    },
+    "camera_poses.json": lambda: {
+        "poses": [{"id": n, "pose": pose[:3].tolist()} for n, pose in enumerate(POSES)]
+    },
+    "transforms.json": lambda: {
+        "fl_x": 500.0,
+        "frames": [
+            {
+                "file_path": f"rgb/{name}.png",
+                "transform_matrix": (pose @ np.diag([1.0, -1, -1, 1])).tolist(),
+            }
+            for name, pose in reversed(list(zip(NAMES, POSES, strict=True)))
+        ],
+    },
+    "trajectory.json": lambda: {
+        "class_name": "PinholeCameraTrajectory",
+        "parameters": [{"extrinsic": np.linalg.inv(pose).T.ravel().tolist()} for pose in POSES],
+    },
+}
+
+
+@pytest.mark.parametrize("name", JSON_FORMS)
+def test_json_is_read(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(json.dumps(JSON_FORMS[name]()))
+    for found, pose in zip(found_in(tmp_path).poses, POSES, strict=True):
+        assert found == pytest.approx(pose)
 
 
 def test_header_tells_where_w_stands(tmp_path: Path) -> None:

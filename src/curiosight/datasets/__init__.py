@@ -114,7 +114,11 @@ SOURCES = (
     Video,
 )
 
-LOOKED_FOR = "looked for " + "; ".join(f"{source.evidence} ({source.name})" for source in SOURCES)
+LOOKED_FOR = (
+    "put colour into rgb/ and depth, as 16-bit PNG in millimetres or .npy in metres, into depth/, "
+    "under the same names, with a camera.json; read as they are: "
+    + ", ".join(source.name for source in SOURCES)
+)
 
 
 def open_dataset(
@@ -157,13 +161,16 @@ def _open(path: Path) -> Recording | Video:
     for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
-    if path.is_file():
+    if not path.is_dir():
         raise DataError(path, "is a file, and no video", "give the folder of a recording")
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)
+        for source in REFUSED:
+            if child.is_file() and source.recognises(child):
+                return source(child)
     inside = [child for child in sorted(path.iterdir()) if _has_depth(child)]
     if not inside and Named.recognises_below(path):
         return Named(path)

@@ -11,7 +11,7 @@ from pathlib import Path
 from curiosight.datasets.masks import find_masks
 from curiosight.errors import DataError
 
-IMAGE_ENDINGS = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp"})
+IMAGE_ENDINGS = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".ppm", ".tif", ".tiff"})
 
 
 def natural_key(text: str) -> tuple[tuple[int, int | str], ...]:

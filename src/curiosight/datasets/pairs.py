@@ -149,7 +149,8 @@ def _id_of(rgb: Path) -> str:
 
 def _form(root: Path, group: Group) -> str:
     """Write what a group's files are called: color_N.png."""
-    name = re.sub(r"\d+", "N", group.files[0].name)
+    forms = dict.fromkeys(re.sub(r"\d+", "N", path.name) for path in group.files)
+    name = next(iter(forms)) + (", …" if len(forms) > 1 else "")
     return name if group.folder == root else f"{group.folder.name}/{name}"
 
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from curiosight.datasets.listing import natural_key
+from curiosight.datasets.pose_json import read_json_poses
 from curiosight.datasets.pose_match import Matched, match_poses, plain_stem, varying_numbers
 from curiosight.datasets.pose_text import PoseRow, read_pose_rows
 from curiosight.frame import Pose
 
 ENDINGS = frozenset(
-    (".txt", ".log", ".traj", ".pose", ".poses", ".freiburg", ".tum", ".csv", ".npy")
+    (".txt", ".log", ".traj", ".pose", ".poses", ".freiburg", ".tum", ".csv", ".npy", ".json")
 )
 # What the name of a file of many poses says, the likeliest first; the last may drift.
 SPEAKING = tuple(
@@ -22,7 +23,7 @@ SPEAKING = tuple(
         r"^poses?\.|^camera[_-]?poses?\.",
         r"^trajectory|^traj([._-]|$)|camera_?trajectory",
         r"^ground_?truth|^gt[._-]|gt\.freiburg$",
-        r"traj|poses?|\.freiburg$|\.tum$",
+        r"traj|poses?|\.freiburg$|\.tum$|^transforms\.json$",
         r"^(?!.*odom).*\.log$",
         r"odom",
     )
@@ -68,7 +69,7 @@ def find_poses(
     """
     misfit = None
     for path in _trajectory_files(folder) if files is None else files:
-        rows = read_pose_rows(path)
+        rows = _rows_of(path)
         if rows is None:
             continue
         matched = match_poses(rows, names, stamps_ns)
@@ -100,6 +101,11 @@ def _trajectory_files(folder: Path) -> Iterator[Path]:
             if any(pattern.search(path.name) for pattern in patterns)
         }
         yield from sorted(ranked, key=lambda path: (ranked[path], natural_key(path.name)))
+
+
+def _rows_of(path: Path) -> list[PoseRow] | None:
+    is_json = path.suffix.lower() == ".json"
+    return read_json_poses(path) if is_json else read_pose_rows(path)
 
 
 def _children(folder: Path) -> list[Path]:
@@ -150,7 +156,7 @@ def _files_of_images(folder: Path, names: Sequence[str]) -> FoundPoses | None:
             of_image, how = _by_stem(files, names)
             if sum(file is not None for file in of_image) < MIN_SHARE_OF_FILES * len(names):
                 continue
-            read = [None if file is None else read_pose_rows(file) for file in of_image]
+            read = [None if file is None else _rows_of(file) for file in of_image]
             # A matrix that is no pose is lost only among others that are.
             if not any(rows and len(rows) == 1 and rows[0].pose is not None for rows in read):
                 continue

@@ -143,7 +143,7 @@ def _table(lines: Sequence[_Line], header: str) -> list[PoseRow]:
     ]
     keys = [line.words[0] if has_name or n_keys else None for line in lines]
     if n_numbers - n_keys in MATRIX_SIZES:
-        made = [None if numbers is None else _of_matrix(numbers) for numbers in usual]
+        made = [None if numbers is None else pose_of_matrix(numbers) for numbers in usual]
     else:
         made = _of_quaternions(usual, header)
     return [
@@ -169,7 +169,7 @@ def _blocks(lines: Sequence[_Line]) -> list[PoseRow]:
     if len(whole) < len(blocks) - 1 or (not has_heads and any(len(n.numbers) < 4 for n in lines)):
         return []
     rows = [
-        PoseRow(key, _of_matrix(numbers), _is_openly_lost(numbers))
+        PoseRow(key, pose_of_matrix(numbers), _is_openly_lost(numbers))
         for key, numbers in zip(keys, whole, strict=False)
     ]
     # The last one may be cut short.
@@ -182,8 +182,8 @@ def _is_bottom(line: _Line) -> bool:
     return numbers.shape == (4,) and (is_lost or bool(np.allclose(numbers, (0, 0, 0, 1))))
 
 
-def _of_matrix(numbers: Numbers) -> Pose | None:
-    """Return the pose of 16 numbers in rows or columns, or of 12 in rows; None if lost."""
+def pose_of_matrix(numbers: Numbers) -> Pose | None:
+    """Return the pose (4, 4) of 16 numbers in rows or columns, or of 12 in rows; None if lost."""
     pose = np.eye(4)
     pose.ravel()[: len(numbers)] = numbers
     if is_rigid(pose):
@@ -199,15 +199,20 @@ def _of_quaternions(rows: Sequence[Numbers | None], header: str) -> list[Pose | 
     quaternions, positions = (
         (table[:, 3:], table[:, :3]) if is_last else (table[:, :4], table[:, 4:])
     )
-    named = [match.lower() for match in QUATERNION_WORD.findall(header)]
-    w_is_first = named[:1] == ["w"] if named else not is_last
-    if w_is_first:
+    named = w_is_first(header)
+    if named or (named is None and not is_last):
         quaternions = np.roll(quaternions, -1, axis=1)
     is_valid = _is_unit(quaternions) & np.isfinite(positions).all(axis=1)
     return [
         _pose(position, quaternion) if valid else None
         for position, quaternion, valid in zip(positions, quaternions, is_valid, strict=True)
     ]
+
+
+def w_is_first(header: str) -> bool | None:
+    """Tell whether a header names a quaternion's w before its x; None where it names neither."""
+    named = [match.lower() for match in QUATERNION_WORD.findall(header)]
+    return named[0] == "w" if named else None
 
 
 def _is_unit(quaternions: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:

@@ -35,6 +35,8 @@ WORDS = {
 ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
 # They may stand in any name, of depth too.
 WEAK_WORDS = frozenset(["image", "images", "img", "imgs"])
+# Files by what they are called, but for numbers, and by ending.
+Groups = dict[tuple[str, str], list[Path]]
 ENDINGS = frozenset(IMAGE_ENDINGS) | frozenset(DEPTH_ENDINGS)
 
 
@@ -98,12 +100,13 @@ def find_groups(root: Path) -> list[Group]:
 
 
 def _groups_in(folder: Path, role: Role) -> Iterator[Group]:
-    alike: dict[tuple[str, str], list[Path]] = {}
+    alike: Groups = {}
     for path in folder.iterdir():
         ending = path.suffix.lower()
         if ending in ENDINGS and not path.name.startswith("."):
             form = re.sub(r"\d+", "0", path.stem), ending
             alike.setdefault(form, []).append(path)
+    alike = _with_named_together(alike)
     for form in sorted(alike):
         files = sorted(alike[form], key=lambda path: natural_key(path.name))
         own = role_of(files[0].stem)
@@ -113,6 +116,16 @@ def _groups_in(folder: Path, role: Role) -> Iterator[Group]:
             own = Role.DEPTH
         is_said = own is not Role.UNSAID
         yield Group(folder, own if is_said else role, tuple(files), is_said)
+
+
+def _with_named_together(alike: Groups) -> Groups:
+    """Put together files that have a word each where others have a number: mug_rgb, cup_rgb."""
+    merged: Groups = {}
+    for (stem, ending), files in alike.items():
+        role = role_of(stem)
+        is_named = len(files) == 1 and role in (Role.COLOUR, Role.DEPTH, Role.CONFIDENCE)
+        merged.setdefault((f"*{role.value}" if is_named else stem, ending), []).extend(files)
+    return merged
 
 
 def _folders(root: Path) -> list[Path]:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
 from curiosight.datasets.decoding import UnreadableFile
+from curiosight.datasets.pose_text import MAX_HEADER_LINES, w_is_first
 from curiosight.errors import DataError
 from curiosight.frame import Pose, is_rigid
 
@@ -157,7 +158,10 @@ def table_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """Read lines of `stamp tx ty tz qx qy qz qw`, sorted by stamp; `DataError` if malformed."""
+    """Read lines of `stamp tx ty tz qx qy qz qw`, sorted by stamp; `DataError` if malformed.
+
+    A comment that names qw before qx says that the quaternions stand so.
+    """
     rows: list[tuple[int, list[float]]] = []
     for number, words in table_rows(path):
         try:
@@ -175,7 +179,9 @@ def read_trajectory(path: Path) -> Trajectory:
     rows.sort(key=lambda row: row[0])
     numbers = np.array([row[1] for row in rows], np.float64)
     stamps_ns = np.array([row[0] for row in rows], np.int64)
-    return Trajectory(stamps_ns, numbers[:, :3], numbers[:, 3:])
+    comments = " ".join(line.partition("#")[2] for line in text_lines(path)[:MAX_HEADER_LINES])
+    n_ahead = 1 if w_is_first(comments) else 0
+    return Trajectory(stamps_ns, numbers[:, :3], np.roll(numbers[:, 3:], -n_ahead, axis=1))
 
 
 def _pose(position: npt.NDArray[np.float64], rotation: Rotation) -> Pose:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from curiosight.datasets.cameras.camera_file import (
@@ -28,6 +30,8 @@ USUAL_SIZES = (
     *((640, 480), (1280, 720), (1920, 1080), (1920, 1440), (1280, 960), (848, 480), (1440, 1080)),
     *((960, 720), (1296, 968), (320, 240), (512, 424), (256, 192), (1024, 768), (960, 540)),
 )
+# Of sizes that a recording's images may have been brought from.
+RATIOS = (2.0, 0.5, 3.0, 1 / 3, 4.0, 0.25, 1.5, 2 / 3)
 KINECT = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 
 
@@ -56,8 +60,8 @@ def find_calibration(
     found = find_camera(path, avoid=avoid)
     if found is None:
         remarks.append(f"no camera.json: {whose}")
-        return CameraFile(scaled_camera(usual, size), None, is_assumed=True)
-    camera = found.camera(_size_of(found, size))
+        return CameraFile(_usual_camera(usual, size), None, is_assumed=True)
+    camera = replace(found, size=_size_of(found, size)).camera(size)
     remarks.append(
         f"camera of {_shown(found.path, path)}: fx {camera.fx:.6g}, fy {camera.fy:.6g}, "
         f"cx {camera.cx:.6g}, cy {camera.cy:.6g}"
@@ -81,13 +85,35 @@ def _is_of_others(path: Path) -> bool:
     return not mistyped and (bool(unknown) or "depth_scale" not in keys)
 
 
+def _usual_camera(usual: Camera, size: Size) -> Camera:
+    """Return the intrinsics that are usual, for images of (width, height): pixels stay square."""
+    if has_shape_of((usual.width, usual.height), size):
+        return scaled_camera(usual, size)
+    width, height = size
+    focal = usual.fx * math.sqrt(width * height / (usual.width * usual.height))
+    return Camera(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
+
+
 def _size_of(found: FoundCamera, size: Size) -> Size:
-    """Return the size of images that intrinsics are for: its principal point is amid them."""
-    for width, height in (size, *USUAL_SIZES):
-        off = max(abs(2 * found.cx / width - 1), abs(2 * found.cy / height - 1))
-        if off < MAX_OFF_CENTRE and has_shape_of((width, height), size):
-            return width, height
+    """Return the size of images that intrinsics are for: its principal point is amid them.
+
+    Where a file gives the size as a pair, that may be height and width.
+    """
+    if found.size is not None:
+        turned = found.size[::-1]
+        is_turned = has_shape_of(turned, size) and not has_shape_of(found.size, size)
+        is_amid = _off_centre(found, turned) < min(MAX_OFF_CENTRE, _off_centre(found, found.size))
+        return turned if is_turned and is_amid else found.size
+    multiples = [(round(size[0] * ratio), round(size[1] * ratio)) for ratio in RATIOS]
+    for other in (size, *USUAL_SIZES, *multiples):
+        if _off_centre(found, other) < MAX_OFF_CENTRE and has_shape_of(other, size):
+            return other
     return size
+
+
+def _off_centre(found: FoundCamera, size: Size) -> float:
+    """Return how far the principal point is from the middle, 1 = at the edge."""
+    return max(abs(2 * found.cx / size[0] - 1), abs(2 * found.cy / size[1] - 1))
 
 
 def _shown(path: Path, folder: Path) -> str:

@@ -78,7 +78,7 @@ def read_camera_file(folder: Path, *, may_be_y_up: bool = False) -> CameraFile |
     if not path.is_file():
         return None
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise DataError(path, f"is not valid JSON ({error})", "correct or replace it") from None
     if not isinstance(content, dict):

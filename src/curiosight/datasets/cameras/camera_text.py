@@ -1,4 +1,4 @@
-"""Read JSON, YAML, MATLAB files or plain text as numbers with the places where they stand."""
+"""Read JSON, YAML, XML, MATLAB, NumPy or plain text as numbers with their places."""
 
 from __future__ import annotations
 
@@ -17,6 +17,13 @@ MAX_LEAVES = 5_000
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 BETWEEN = r"[\s\[\](){},;]"
 ONLY_NUMBERS = re.compile(rf"^{BETWEEN}*{NUMBER}(?:{BETWEEN}+{NUMBER})*{BETWEEN}*$")
+MAX_IN_ARRAY = 16
+XML_MATRIX = re.compile(r'<(\w+) type_id="opencv-matrix">.*?<data>([^<]*)</data>', re.DOTALL)
+XML_NUMBER = re.compile(r"<(\w+)>([^<]*)</")
+# A line of COLMAP's cameras.txt: models of one focal length, then those of two.
+COLMAP_LINE = re.compile(
+    r"^\d+\s+(?:(SIMPLE_PINHOLE|SIMPLE_RADIAL|RADIAL)|PINHOLE|OPENCV|FULL_OPENCV)\s+([-+.\deE\s]+)$"
+)
 NAMED_NUMBERS = re.compile(rf"^\s*([A-Za-z_][\w .\-/()]*?)\s*(?:[:=]|\s(?={NUMBER}))\s*(.*)$")
 
 
@@ -27,9 +34,13 @@ def read_leaves(path: Path) -> Leaves | None:
             return None
         if path.suffix.lower() == ".mat":
             return _matlab(path)
+        if path.suffix.lower() == ".npy":
+            return _array(path)
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError):
         return None
+    if path.suffix.lower() == ".xml":
+        return _opencv_xml(text)
     content = _structured(path, text)
     leaves: Leaves = []
     if content is None:
@@ -44,7 +55,7 @@ def _structured(path: Path, text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         pass
-    if path.suffix.lower() not in (".yaml", ".yml", ".xml"):
+    if path.suffix.lower() not in (".yaml", ".yml"):
         return None
     return _yaml(text)
 
@@ -63,6 +74,26 @@ def _matlab(path: Path) -> Leaves | None:
         if getattr(value, "dtype", None) is not None and value.dtype.kind in "iuf":
             _walk(value.tolist(), name.lower(), leaves)
     return leaves
+
+
+def _array(path: Path) -> Leaves | None:
+    """Return the numbers of a small array, whose name is all that says what they are."""
+    import numpy as np
+
+    try:
+        content = np.load(path, allow_pickle=False)
+    # What a damaged file makes of the reader is not foreseeable.
+    except Exception:
+        return None
+    is_small = isinstance(content, np.ndarray) and content.dtype.kind in "iuf"
+    numbers = _flat(content.tolist()) if is_small and content.size <= MAX_IN_ARRAY else None
+    return None if numbers is None else [("", numbers)]
+
+
+def _opencv_xml(text: str) -> Leaves:
+    """Collect the numbers and matrices of OpenCV's XML; other XML has none of these."""
+    found = [*XML_MATRIX.findall(text), *XML_NUMBER.findall(text)]
+    return [(_name(name), _numbers(words)) for name, words in found if ONLY_NUMBERS.match(words)]
 
 
 def _yaml(text: str) -> Any:
@@ -136,6 +167,11 @@ def _plain(text: str) -> Leaves:
             rows += _numbers(words)
             continue
         close()
+        if colmap := COLMAP_LINE.match(words):
+            width, height, *pixels = _numbers(colmap[2])
+            pixels = pixels[:1] * 2 + pixels[1:3] if colmap[1] else pixels[:4]
+            leaves.append(("", [width, height, *pixels]))
+            continue
         match = NAMED_NUMBERS.match(words.lstrip("#/% "))
         name = _name(match[1] if match else words)
         if match and ONLY_NUMBERS.match(match[2]):

@@ -22,6 +22,8 @@ ENDINGS = frozenset(
         ".xml",
         ".mat",
         ".pincam",
+        ".npy",
+        ".toml",
     ]
 )
 MAX_BYTES = 200_000
@@ -51,7 +53,9 @@ def _candidates(folder: Path) -> Iterator[Path]:
     own = _texts(folder)
     yield from (path for path in own if NAMED.search(path.stem) or path.suffix == ".intr")
     below = [child for child in _children(folder) if child.is_dir()]
-    yield from (path for child in below for path in _texts(child) if NAMED.search(path.stem))
+    for child in below:
+        is_named = bool(NAMED.search(child.name))
+        yield from (p for p in _texts(child) if is_named or NAMED.search(p.stem))
     above = folder.resolve().parent
     yield from (p for p in _texts(above) if NAMED.search(p.stem) or p.suffix == ".intr")
     yield from (path for path in own if not NAMED.search(path.stem))

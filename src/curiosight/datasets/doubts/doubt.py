@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Doubt:
     """Something about a recording that its own numbers contradict.
 
-    code: "unit", "bits", "poses-inverted", "poses-mirrored", "poses-axes", "poses-unit" or
-        "registration".
+    code: "camera", "unit", "bits", "poses-inverted", "poses-mirrored", "poses-axes",
+        "poses-quaternion", "poses-unit" or "registration".
     text: what contradicts what, in numbers. fix: the option that mends it.
     factor: by what depth ("unit") or positions ("poses-unit") must be multiplied.
     """

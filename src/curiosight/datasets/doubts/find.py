@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.depth_bits import ROTATION
 from curiosight.datasets.depth_files import rotate_right
 from curiosight.datasets.doubts.doubt import Doubt
-from curiosight.datasets.doubts.motion import Numbers, Reading, Verdict, judge_motion
+from curiosight.datasets.doubts.motion import (
+    MIN_SHARE_MET,
+    Numbers,
+    Reading,
+    Verdict,
+    judge_motion,
+)
 from curiosight.datasets.doubts.outlines import find_misplacement
 from curiosight.datasets.doubts.unit import (
     KINECT_STEP,
@@ -25,7 +33,7 @@ from curiosight.datasets.doubts.values import (
     has_rotated_bits,
     stored_depth,
 )
-from curiosight.frame import Depth, Frame, Pose
+from curiosight.frame import Camera, Depth, Frame, Pose, is_rigid
 
 # Frames that are opened together differ from their first by these shares of the trajectory's
 # extent or by these angles; the nearest in time is taken.
@@ -34,11 +42,16 @@ MIN_READINGS = 1000
 # Where motion says that units of depth and position differ, how much worse (as a log-likelihood)
 # depth may look for it to be at fault nevertheless.
 UNIT_BEFORE_POSITIONS = 4.0
+# Of the principal point to the image's middle, 1 = at the edge; a crop may move it a little.
+MAX_OFF_CENTRE = 0.5
+# Of what one frame sees, where another sees it: rotations of another order explain less.
+MAX_SHARE_GIVEN = 0.6
+W_FIRST_HEADER = '"# stamp tx ty tz qw qx qy qz"'
 AXIS_NAMES = (("right", "left"), ("down", "up"), ("forward", "backward"))
 
 
 def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
-    """Return what contradicts unit, bits, poses or registration of a recording, in this order.
+    """Return what contradicts camera, unit, bits, poses or registration of a recording.
 
     Nothing where none shows. Opens up to `n_frames` frames. One cause gives one doubt: where the
     unit is wrong, the poses that it contradicts are not doubted as well.
@@ -47,6 +60,25 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
         raise ValueError(f"n_frames: expected at least 1, got {n_frames}")
     if not dataset.has_depth:
         return []
+    return [*_camera_doubts(dataset.camera), *_frame_doubts(dataset, n_frames)]
+
+
+def _camera_doubts(camera: Camera | None) -> list[Doubt]:
+    """Return a doubt about intrinsics whose principal point is far from the image's middle."""
+    if camera is None:
+        return []
+    off = abs(2 * camera.cx / camera.width - 1), abs(2 * camera.cy / camera.height - 1)
+    if max(off) <= MAX_OFF_CENTRE:
+        return []
+    text = (
+        f"the principal point ({camera.cx:.6g}, {camera.cy:.6g}) is far from the middle of the "
+        f"{camera.width}x{camera.height} images: the intrinsics may be for another size"
+    )
+    return [Doubt("camera", text, "camera.json")]
+
+
+def _frame_doubts(dataset: Dataset, n_frames: int) -> list[Doubt]:
+    """Return what contradicts unit, bits or poses in some frames."""
     frames = [dataset[index] for index in choose_frames(dataset.poses, n_frames)]
     frames = [frame for frame in frames if _n_readings(frame) >= MIN_READINGS]
     if not frames:
@@ -60,7 +92,7 @@ def find_doubts(dataset: Dataset, *, n_frames: int = 12) -> list[Doubt]:
     doubts = _unit_doubts(_facts(depths, stored), verdict, scale)
     if verdict is not None and verdict.best is not None and not verdict.best.is_plain:
         doubts.append(_poses_doubt(verdict, verdict.best))
-    doubts = doubts or _left_handed(frames)
+    doubts = doubts or _left_handed(frames) or _quaternion_doubts(frames, verdict)
     # Depth that is registered while it is read lands beside colour where its unit is wrong.
     is_explained = _is_registered_here(dataset) and any(doubt.code == "unit" for doubt in doubts)
     return doubts if is_explained else [*doubts, *_registration_doubts(frames)]
@@ -165,6 +197,33 @@ def _poses_doubt(verdict: Verdict, best: Reading) -> Doubt:
     else:
         code, meant = "poses-inverted", "world to camera"
     return Doubt(code, f"poses seem to be {meant}: {_shares(verdict)}", " ".join(fixes))
+
+
+def _quaternion_doubts(frames: Sequence[Frame], given: Verdict | None) -> list[Doubt]:
+    """Return a doubt where rotations fit depth only if their quaternions were w, x, y, z."""
+    share_given = 0.0 if given is None else given.share_given
+    if share_given >= MAX_SHARE_GIVEN or sum(f.T_world_camera is not None for f in frames) < 2:
+        return []
+    read = judge_motion([_with_w_first(frame) for frame in frames])
+    if read is None or not read.knows_unit or read.share_given < MIN_SHARE_MET:
+        return []
+    text = (
+        f"quaternions seem to be w, x, y, z: {100 * read.share_given:.0f} % of what one frame sees "
+        f"is where another sees it if so read, {100 * share_given:.0f} % as given; begin the file "
+        f"of poses with the line {W_FIRST_HEADER}"
+    )
+    return [Doubt("poses-quaternion", text, W_FIRST_HEADER)]
+
+
+def _with_w_first(frame: Frame) -> Frame:
+    """Return a frame whose pose is read as if its quaternion stood as w, x, y, z."""
+    given = frame.T_world_camera
+    if given is None or not is_rigid(given):
+        return replace(frame, T_world_camera=None)
+    pose = np.asarray(given, np.float64).copy()
+    quaternion = Rotation.from_matrix(pose[:3, :3]).as_quat()
+    pose[:3, :3] = Rotation.from_quat(np.roll(quaternion, -1)).as_matrix()
+    return replace(frame, T_world_camera=pose)
 
 
 def _shares(verdict: Verdict) -> str:

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from curiosight.datasets.decoding import UnreadableFile, decode_unchanged
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.recording import Entry, Recording
 from curiosight.datasets.roles import Role, find_groups, frame_key
+from curiosight.errors import DataError
+
+# Images that are tried until one can be read.
+N_TRIED = 3
 
 
 class Images(Recording):
@@ -32,6 +40,7 @@ class Images(Recording):
             images = {id: rgb for id, rgb in images.items() if rgb not in left_out}
         else:
             left_out = {}
+        _reject_depth(path, list(images.values()))
         entries = [Entry(id, rgb, ground_truth=ground_truth.get(id)) for id, rgb in images.items()]
         kinds = sorted({f"{path.name} ({role.value})" for path, role in _first_of_each(left_out)})
         remarks = [f"left out, for their names: {', '.join(kinds)}"] if kinds else []
@@ -50,6 +59,19 @@ def _no_colour(folder: Path) -> dict[Path, Role]:
         for path in group.files
         if group.role is not Role.OTHER or frame_key(path.stem) in keys
     }
+
+
+def _reject_depth(folder: Path, images: Sequence[Path]) -> None:
+    """Raise `DataError` for a folder of depth: shown as grey pictures it would be nonsense."""
+    for path in images[:N_TRIED]:
+        try:
+            picture = decode_unchanged(path)
+        except UnreadableFile:
+            continue
+        if picture.dtype == np.uint16 and picture.ndim == 2:
+            found = f"holds {path.name} of 16 bits in one channel: depth, not colour"
+            raise DataError(folder, found, "give the folder that holds colour and depth")
+        return
 
 
 def _first_of_each(left_out: dict[Path, Role]) -> list[tuple[Path, Role]]:

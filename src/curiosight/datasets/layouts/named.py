@@ -6,12 +6,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from curiosight.datasets.cameras.calibration import find_calibration
+from curiosight.datasets.cameras.camera_file import CameraFile
 from curiosight.datasets.depth_files import assumed_form
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences
 from curiosight.datasets.pairs import Pairing, pair_folder
 from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.recording import Entry
+from curiosight.datasets.sizes import image_size
+from curiosight.errors import DataError
 
 # Folders below the one that was opened in which frames are looked for.
 N_LEVELS = 2
@@ -53,6 +57,8 @@ class Named(Calibrated):
             entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
             reasons.append(f"{prefix}{pairing.how}")
             remarks += self._remarks(prefix, pairing)
+        if len(sequences) > 1:
+            entries = _with_own_cameras(path, sequences, entries, remarks)
         assumed = assumed_form(entry.depth for entry in entries if entry.depth)
         reasons = list(dict.fromkeys(reasons))
         super().__init__(path, entries, remarks, reasons=reasons, usual_form=assumed)
@@ -88,6 +94,32 @@ def with_poses(folder: Path, entries: list[Entry], remarks: list[str]) -> list[E
     return [
         replace(entry, T_world_camera=pose)
         for entry, pose in zip(entries, found.poses, strict=True)
+    ]
+
+
+def _with_own_cameras(
+    path: Path, sequences: dict[str, Path], entries: list[Entry], remarks: list[str]
+) -> list[Entry]:
+    """Give the frames of each folder that folder's camera, where not all have the same.
+
+    Raises `DataError` where their units of depth differ.
+    """
+    files: dict[str, CameraFile] = {}
+    for prefix, folder in sequences.items():
+        images = [entry.rgb for entry in entries if entry.id.startswith(prefix)]
+        files[prefix] = find_calibration(folder, image_size(folder, images), [])
+    known = {prefix: file for prefix, file in files.items() if not file.is_assumed}
+    if len({file.depth_scale for file in known.values()}) > 1:
+        raise DataError(path, "its folders have different units of depth", "open them one by one")
+    if len({file.camera for file in known.values()}) < 2:
+        return entries
+    remarks.append("each folder has a camera of its own")
+    of_folder = {sequences[prefix]: file.camera for prefix, file in known.items()}
+    return [
+        replace(
+            entry, camera=next((c for f, c in of_folder.items() if f in entry.rgb.parents), None)
+        )
+        for entry in entries
     ]
 
 

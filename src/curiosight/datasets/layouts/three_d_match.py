@@ -19,8 +19,11 @@ from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.recording import Entry
 from curiosight.frame import Pose, is_rigid
 
+# camera.json of our own may stand beside 7-Scenes too.
 CAMERA_FILE = re.compile(
-    r"^_?(cam(era)?[-_. ]?)?(colou?r[-_])?(info|intrinsics?)\.(txt|json|ya?ml)$", re.IGNORECASE
+    r"^_?(?!camera\.json$)(?:(?:cam(?:era)?|colou?r|rgb|info|intrinsics?|intr|calib(?:ration)?|k)"
+    r"[-_. ]?)+\.(?:txt|json|ya?ml|csv)$",
+    re.IGNORECASE,
 )
 # Of MIT-Princeton's picking challenge: poses are in it, raw depth in raw/ beside registered.
 POSES_INSIDE = "cam.info.txt"
