@@ -146,7 +146,10 @@ def test_paths_that_are_no_recordings(tmp_path: Path) -> None:
     assert "is an empty folder" in refusal(tmp_path)
     (tmp_path / "notes.txt").write_text("hello")
     assert "is a file, and no video" in refusal(tmp_path / "notes.txt")
-    assert "rgb.txt with depth.txt (TUM RGB-D)" in refusal(tmp_path)
+    told = refusal(tmp_path)
+    assert "put colour into rgb/ and depth" in told
+    assert "TUM RGB-D" in told
+    assert len(told) - len(str(tmp_path)) < 600
     write_osd(tmp_path / "scenes")
     assert f"did you mean {tmp_path / 'scenes'}?" in refusal(tmp_path)
 
@@ -181,7 +184,7 @@ def test_folder_without_its_parts(tmp_path: Path) -> None:
         file.unlink()
     assert "rgb: holds no images" in refusal(tmp_path)
     shutil.rmtree(tmp_path / "depth")
-    assert "looked for" in refusal(tmp_path)
+    assert "put colour into rgb/ and depth" in refusal(tmp_path)
 
 
 def test_all_colour_images_damaged(tmp_path: Path) -> None:

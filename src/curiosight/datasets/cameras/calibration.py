@@ -86,8 +86,11 @@ def _is_of_others(path: Path) -> bool:
 
 
 def _usual_camera(usual: Camera, size: Size) -> Camera:
-    """Return the intrinsics that are usual, for images of (width, height): pixels stay square."""
-    if has_shape_of((usual.width, usual.height), size):
+    """Return the intrinsics that are usual, for images of (width, height).
+
+    A camera that is no more than guessed has square pixels, whatever shape its images have.
+    """
+    if usual != KINECT or has_shape_of((usual.width, usual.height), size):
         return scaled_camera(usual, size)
     width, height = size
     focal = usual.fx * math.sqrt(width * height / (usual.width * usual.height))
