@@ -403,6 +403,24 @@ def restamp(folder: Path, stamps: list[float], *, left_out: int | None = None) -
     (folder / "poses.txt").write_text("\n".join(lines))
 
 
+def test_folder_leaves_out_what_its_confidence_calls_unsure(tmp_path: Path) -> None:
+    views = write_folder(tmp_path)
+    height, width = views[0].depth.shape
+    before = open_dataset(tmp_path)
+    for id in before.ids[:-1]:  # the last frame has none
+        confidence = np.full((height // 2, width // 2), 2, np.uint8)
+        confidence[:, :10], confidence[:10, 10:] = 0, 1
+        write_image(tmp_path / "confidence" / f"{id}.png", confidence)
+    recording = open_dataset(tmp_path)
+    assert recording.has_confidence
+    assert not before.has_confidence
+    first, last = recording[0].depth, recording[len(recording) - 1].depth
+    assert first is not None
+    assert np.isnan(first[:, :20]).all()
+    np.testing.assert_array_equal(first[:, 20:], before[0].depth[:, 20:])
+    np.testing.assert_array_equal(last, before[len(before) - 1].depth)
+
+
 def test_images_have_no_depth_and_come_in_natural_order(tmp_path: Path) -> None:
     view = render(kinect(), poses_around(1)[0])
     for name in ("img10.jpg", "img2.png", "img1.color.png", "img1.depth.png"):

@@ -109,13 +109,16 @@ def test_a_plain_recording_reads_back(
     sensor: SensorName, atol: float, views: RoomViews, tmp_path: Path
 ) -> None:
     drawn = of_sensor(views, sensor)
-    assert len(list(render_room(drawn, "plain", OutputFolder(tmp_path, "render", tmp_path)))) == 3
+    assert (
+        len(list(render_room(drawn, "plain", OutputFolder(tmp_path, "render", Path("room:5")))))
+        == 3
+    )
     check_plain(tmp_path, drawn, (480, 640), atol)
     assert not (tmp_path / "confidence").exists()
 
 
 def test_a_plain_recording_that_ends_early_is_one(views: RoomViews, tmp_path: Path) -> None:
-    rendering_views = render_room(views, "plain", OutputFolder(tmp_path, "render", tmp_path))
+    rendering_views = render_room(views, "plain", OutputFolder(tmp_path, "render", Path("room:5")))
     next(rendering_views)
     rendering_views.close()
     recording = open_dataset(tmp_path)

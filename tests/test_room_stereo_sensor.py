@@ -164,14 +164,14 @@ def test_depth_is_the_same_for_the_same_seed() -> None:
 
 
 def test_a_frame_is_read_in_time() -> None:
-    """30 ms on a quiet core; the margin is for a busy one."""
+    """25 ms of a core; the margin is for a slower one, and one that others use too."""
     seen(wall(2.0))
     times = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.thread_time()
         seen(wall(2.0))
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.09
+        times.append(time.thread_time() - start)
+    assert min(times) < 0.08
 
 
 def test_depth_sensor_leaves_its_arguments_and_checks_them() -> None:

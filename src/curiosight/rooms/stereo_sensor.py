@@ -7,11 +7,12 @@ far surfaces are wavy; steps of a fraction of a pixel; nothing where the right i
 reach, at the left of the image, nor at the left of near things; and nothing where neither the
 scene nor the projector's dots give a block anything to be found by.
 
-Grunnet-Jepsen, Sweetser and Woodfill ("Tuning depth cameras for best performance", Intel) give
-the error as z² · subpixel / (focal length · baseline), with a subpixel of under 0.1 of good
-cameras. The numbers below are those of flat pieces of a D435's recording (floors and walls in
-windows of 64 pixels): 0.05 pixels up to 2 m, 0.15 at 4 m, 0.3 at 6 m and more, correlations of
-0.93, 0.90, 0.78, 0.47 and 0 at distances of 1, 2, 4, 8 and 16 pixels, and steps of 1/32.
+Grunnet-Jepsen, Sweetser and Woodfill ("Tuning depth cameras for best performance", Intel) put
+the error at z² · subpixel / (focal length · baseline), and the steps at 1/32 pixel ("Subpixel
+linearity improvement", Intel). The numbers below are those of flat pieces of a D435's recording,
+in windows of 64 pixels: a subpixel of 0.05 up to 2 m, 0.15 at 4 m and 0.3 at 6 m and more, where
+few pieces are flat, so that we take less; correlations of 0.93, 0.90, 0.78, 0.47 and 0 at
+distances of 1, 2, 4, 8 and 16 pixels; steps of 1/32.
 """
 
 from __future__ import annotations
