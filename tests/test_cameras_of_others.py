@@ -246,3 +246,10 @@ def test_camera_file_of_windows_is_read(tmp_path: Path) -> None:
     path = tmp_path / "camera.json"
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
     assert find_calibration(tmp_path, SIZE, []).camera == kinect(*SIZE)
+
+
+def test_key_that_is_like_no_other_suggests_none(tmp_path: Path) -> None:
+    (tmp_path / "camera.json").write_text('{"camera_angle_x": 1.07}')
+    with pytest.raises(DataError) as refused:
+        find_calibration(tmp_path, SIZE, [])
+    assert 'the unknown key "camera_angle_x"; Known: width' in str(refused.value)

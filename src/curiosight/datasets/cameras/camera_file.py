@@ -176,9 +176,10 @@ def _labels(path: Path, labels: Any) -> LabelValues | None:
 def _reject_unknown(path: Path, content: dict[str, Any], known: Iterable[str]) -> None:
     for key in content:
         if key not in known:
-            near = difflib.get_close_matches(key, list(known), n=1, cutoff=0.0)[0]
+            near = difflib.get_close_matches(key, list(known), n=1)
+            meant = f'use "{near[0]}"? ' if near else ""
             raise DataError(
-                path, f'has the unknown key "{key}"', f'use "{near}"? Known: {", ".join(known)}'
+                path, f'has the unknown key "{key}"', f"{meant}Known: {', '.join(known)}"
             )
 
 
