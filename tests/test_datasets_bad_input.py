@@ -291,3 +291,19 @@ def test_ground_truth_folder_that_fits_nothing(tmp_path: Path) -> None:
     (tmp_path / "truth").mkdir()
     with pytest.raises(DataError, match=r"name files such as 000000\.png"):
         open_dataset(tmp_path / "room", ground_truth=tmp_path / "truth")
+
+
+@pytest.mark.parametrize("write", [write_seven_scenes, write_folder])
+def test_recording_that_lost_all_its_poses_is_read_without(
+    write: Callable[[Path], object], tmp_path: Path
+) -> None:
+    write(tmp_path)
+    for path in (tmp_path / "seq-01").glob("*.pose.txt"):
+        path.write_text("\n".join([" ".join(["-inf"] * 4)] * 4))
+    if (tmp_path / "poses.txt").is_file():
+        lines = [f"{k} " + " ".join(["nan"] * 7) for k in range(3)]
+        (tmp_path / "poses.txt").write_text("\n".join(lines))
+    dataset = open_dataset(tmp_path)
+    assert [frame.problem for frame in (dataset[0], dataset[2])] == [None, None]
+    assert list(dataset.poses) == [None, None, None]
+    assert "none of its poses is one: read without" in dataset.remarks

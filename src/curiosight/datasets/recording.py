@@ -56,7 +56,8 @@ class Entry:
     confidence: an image of how sure depth is, more is surer.
     camera: intrinsics of this very image; None = the recording's.
     depth_camera: the camera of this very depth image; None = the recording's.
-    problem: what listing the recording already found wrong with the frame.
+    problem: what listing the recording already found wrong with the frame. pose_problem: what is
+        wrong with its pose, which counts where other frames have one.
     """
 
     id: str
@@ -66,6 +67,7 @@ class Entry:
     stamp_ns: int | None = None
     ground_truth: Path | None = None
     problem: str | None = None
+    pose_problem: str | None = None
     confidence: Path | None = None
     camera: Camera | None = None
     depth_camera: DepthCamera | None = None
@@ -85,6 +87,7 @@ class Recording:
     labels: what they mean where no such values are in them.
     mask_fault: why the masks, or the label images, can all not be read; None = they can.
     reasons: what the layout was told by beside `evidence`, in words.
+    has_lost_all_poses: there should be some, and none of them is one: then none is missed.
     """
 
     name = "recording"
@@ -121,6 +124,8 @@ class Recording:
         self.reasons = tuple(filter(None, (self.evidence, *reasons)))
         self.ids = tuple(entry.id for entry in self.entries)
         self.poses = self._colour_poses()
+        has_problems = any(entry.pose_problem for entry in self.entries)
+        self.has_lost_all_poses = has_problems and not any(p is not None for p in self.poses)
         self.size = self.colour_size()
         self.camera = None if camera is None else fit_camera(path, camera, self.size)
         self._intrinsics_size = self.size if camera is None else (camera.width, camera.height)
@@ -144,7 +149,8 @@ class Recording:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Say how the files were read, as far as their owner should know."""
-        return (*self.remarks_on_files, *self._remarks_on_depth())
+        lost = ("none of its poses is one: read without",) if self.has_lost_all_poses else ()
+        return (*self.remarks_on_files, *lost, *self._remarks_on_depth())
 
     @property
     def is_unit_open(self) -> bool:
@@ -166,7 +172,8 @@ class Recording:
 
     def __getitem__(self, index: int) -> Frame:
         entry = self.entries[index]
-        problems = [entry.problem] if entry.problem else []
+        pose_problem = None if self.has_lost_all_poses else entry.pose_problem
+        problems = [problem for problem in (entry.problem, pose_problem) if problem]
         rgb = self._attempt(lambda: self._read_rgb(entry), problems)
         depth = None
         if self.camera is not None:

@@ -51,7 +51,7 @@ class Folder(Calibrated):
                 T_world_camera=pose,
                 stamp_ns=stamp,
                 ground_truth=ground_truth.get(id),
-                problem=BAD_POSE if pose is None and stamp is not None else None,
+                pose_problem=BAD_POSE if pose is None and stamp is not None else None,
             )
             for (id, rgb), pose, stamp in zip(images.items(), poses, stamps, strict=True)
         ]

@@ -93,7 +93,7 @@ def _list_scene(root: Path, scene: Path, prefix: str, pose_file: Path | None) ->
                 depth=scene / f"{id}-depth.png",
                 T_world_camera=pose,
                 ground_truth=ground_truth.get(id),
-                problem=problem,
+                pose_problem=problem,
             )
         )
     return entries

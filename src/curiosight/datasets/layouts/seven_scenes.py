@@ -79,7 +79,7 @@ def _list_sequence(root: Path, sequence: Path, prefix: str) -> list[Entry]:
                 depth=sequence / f"{id}.depth.png",
                 T_world_camera=pose,
                 ground_truth=ground_truth.get(id),
-                problem=problem,
+                pose_problem=problem,
             )
         )
     return entries
