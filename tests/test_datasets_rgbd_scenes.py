@@ -203,11 +203,15 @@ def test_v2_frames_take_the_pose_of_their_number(tmp_path: Path) -> None:
     (tmp_path / "pc/01.pose").write_text(
         "\n".join([lines[0], "nan" + lines[1][lines[1].index(" ") :]])
     )
+    dataset = open_dataset(tmp_path)
+    assert [pose is not None for pose in dataset.poses] == [True, False, False]
+    assert dataset[0].problem is None
+    assert dataset[1].problem == "01.pose holds no valid pose for it"
+    assert dataset[2].problem == "01.pose holds no valid pose for it"
     (tmp_path / "imgs/scene_01/00000-color.png").unlink()
     dataset = open_dataset(tmp_path)
     assert dataset.poses == (None, None)
-    assert dataset[0].problem == "01.pose holds no valid pose for it"
-    assert dataset[1].problem == "01.pose holds no valid pose for it"
+    assert (dataset[0].problem, dataset[1].problem) == (None, None)
 
 
 @pytest.mark.parametrize("line", ["1 0 0 0 1 2", "1 0 0 0 1 2 3 4", "1 0 0 zero 1 2 3"])
