@@ -16,7 +16,7 @@ from curiosight.teacher import Survey
 
 N_OPENED = 12
 # Every so many of them tell which way is up.
-SURVEY_STRIDE = 2
+SURVEY_STRIDE = 3
 
 
 @dataclass(frozen=True, slots=True)
