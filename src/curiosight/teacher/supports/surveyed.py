@@ -26,6 +26,9 @@ class Survey:
     walls: and other large upright planes, in the world's frame.
     noise: of the sensor's inverse depth, 1/m, for `SegmentationSettings.for_sensor`; None = no
         plane tells it.
+    up_camera: (3,) unit vector in the camera's frame within 45° of which up is, where no pose
+        tells it; None = as a camera that is held upright sees it.
+    doubt: why it is not known which way is up, in words; None = it is.
     """
 
     scene: Scene = "floor"
@@ -34,6 +37,8 @@ class Survey:
     tables: tuple[Table, ...] = ()
     walls: tuple[Wall, ...] = ()
     noise: float | None = None
+    up_camera: Array | None = None
+    doubt: str | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""

@@ -1,0 +1,60 @@
+"""The frames that a survey looks at: small, and from one place or several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Camera, Frame
+
+Array = npt.NDArray[Any]
+# Nearer than this to the middle of all (metres) no pose is an outlier.
+MIN_OUTLIER = 20.0
+# Nor nearer than so many times the median distance to it.
+OUTLIER_FACTOR = 10.0
+
+
+def shrunk(frame: Frame, *, n_columns: int = 320) -> Frame:
+    """Return every so many rows and columns of a frame, at least every second one.
+
+    A survey that keeps dozens of frames needs no more of them.
+    """
+    camera = frame.camera
+    if camera is None or frame.depth is None:
+        return frame
+    stride = max(2, camera.width // n_columns)
+    depth = frame.depth[::stride, ::stride].copy()
+    window = camera.depth_window
+    if window is not None:
+        u_min, v_min, u_max, v_max = window
+        window = (-(-u_min // stride), -(-v_min // stride), -(-u_max // stride), -(-v_max // stride))
+        window = window if window[0] < window[2] and window[1] < window[3] else None
+    numbers = (camera.fx, camera.fy, camera.cx, camera.cy)
+    height, width = depth.shape
+    small = Camera(width, height, *(number / stride for number in numbers), depth_window=window)
+    return replace(frame, rgb=np.zeros((height, width, 3), np.uint8), depth=depth, camera=small)
+
+
+def without_outliers(frames: Sequence[Frame]) -> list[Frame]:
+    """Return the frames but those whose pose is far from where all others are."""
+    posed = [frame.T_world_camera for frame in frames if frame.T_world_camera is not None]
+    if not posed:
+        return list(frames)
+    centre = np.median([pose[:3, 3] for pose in posed], axis=0)
+    away = [_distance(frame, centre) for frame in frames]
+    known = [metres for metres in away if metres is not None]
+    limit = max(MIN_OUTLIER, OUTLIER_FACTOR * float(np.median(known)))
+    return [
+        frame
+        for frame, metres in zip(frames, away, strict=True)
+        if metres is None or metres <= limit
+    ]
+
+
+def _distance(frame: Frame, centre: Array) -> float | None:
+    pose = frame.T_world_camera
+    return None if pose is None else float(np.linalg.norm(pose[:3, 3] - centre))
