@@ -95,7 +95,7 @@ def read_pose(path: Path) -> Pose:
     if not np.isfinite(pose).all():
         raise UnreadableFile(f"{path.name} holds NaN or infinite numbers")
     if not is_rigid(pose):
-        raise UnreadableFile(f"{path.name} is not a rigid pose")
+        raise UnreadableFile(f"{path.name} is not a rigid pose within 10 km")
     return pose
 
 

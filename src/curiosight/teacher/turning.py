@@ -7,13 +7,13 @@ few rows. A camera on its side or upside down is looked at as if it were held up
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Frame
-from curiosight.teacher.cloud.planes import Plane
+from curiosight.teacher.cloud.planes import Mask, Plane
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.supports.supports import Support
@@ -23,6 +23,10 @@ Array = npt.NDArray[Any]
 # From the camera's axes to those of the camera that sees the image turned once: x to the right
 # is y upwards then.
 _ONCE = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+class _Segments(Protocol):
+    def segment(self, frame: Frame) -> Segmentation: ...
 
 
 def turns_upright(up: Array) -> int:
@@ -105,14 +109,19 @@ def _turn_cluster(cluster: Cluster, size: tuple[int, int], n_turns: int) -> Clus
 
 def _turn_support(support: Support, n_turns: int) -> Support:
     plane = support.plane
-    masks = {
-        name: None if mask is None else np.rot90(mask, n_turns)
-        for name in ("extent", "core", "skirt")
-        for mask in [getattr(support, name)]
-    }
     normal = rotation_of(n_turns) @ plane.normal
-    turned = Plane(normal, plane.offset, np.rot90(plane.inliers, n_turns))
-    return replace(support, plane=turned, heights=np.rot90(support.heights, n_turns), **masks)
+    return replace(
+        support,
+        plane=Plane(normal, plane.offset, np.rot90(plane.inliers, n_turns)),
+        heights=np.rot90(support.heights, n_turns),
+        extent=_turn_mask(support.extent, n_turns),
+        core=_turn_mask(support.core, n_turns),
+        skirt=_turn_mask(support.skirt, n_turns),
+    )
+
+
+def _turn_mask(mask: Mask | None, n_turns: int) -> Mask | None:
+    return None if mask is None else np.rot90(mask, n_turns)
 
 
 def _turn_wall(wall: Wall, n_turns: int) -> Wall:
@@ -123,3 +132,21 @@ def _turn_wall(wall: Wall, n_turns: int) -> Wall:
         inliers=np.rot90(wall.inliers, n_turns),
         axes=rotation @ wall.axes,
     )
+
+
+class TurnedTeacher:
+    """A teacher of upright images, for a camera that is held on its side or upside down.
+
+    n_turns: quarter turns, against the clock, after which its images are upright.
+    """
+
+    def __init__(self, teacher: _Segments, n_turns: int) -> None:
+        self.teacher = teacher
+        self.n_turns = n_turns
+
+    def segment(self, frame: Frame) -> Segmentation:
+        """Label every pixel as the teacher does in the upright image."""
+        if frame.depth is None or frame.camera is None:
+            return self.teacher.segment(frame)
+        found = self.teacher.segment(turn_frame(frame, self.n_turns))
+        return turn_segmentation(found, -self.n_turns)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label
+from curiosight.frame import Frame, Label, Mount
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
@@ -29,11 +29,10 @@ from curiosight.teacher.teacher import Teacher
 from curiosight.teacher.turning import rotation_of
 
 Array = npt.NDArray[Any]
-Mount = Literal["auto", "up", "down", "left", "right", "towards", "away"]
-MOUNTS: tuple[Mount, ...] = get_args(Mount)
+Held = Mount | Literal["auto"]
 # About where up is in the camera's frame, if it points so in the image: to one of its sides, or
 # towards the camera, which then looks straight down, or away from it.
-UP_OF_MOUNT: dict[str, Array] = {
+UP_OF_MOUNT: dict[Mount, Array] = {
     "up": CAMERA_UP_PRIOR,
     "right": rotation_of(1).T @ CAMERA_UP_PRIOR,
     "down": rotation_of(2).T @ CAMERA_UP_PRIOR,
@@ -42,8 +41,8 @@ UP_OF_MOUNT: dict[str, Array] = {
     "away": np.array([0.0, 0.0, 1.0]),
 }
 DOUBT = (
-    "it is not clear which way is up: a wall ahead, or a floor or table seen from straight above? "
-    "--up says it (mount in camera.json)"
+    "it is not clear which way is up: a wall ahead, or a floor or table from straight above "
+    "(--up says it)"
 )
 # So many frames are tried.
 N_TRIED = 8
@@ -88,7 +87,7 @@ class _Trial:
 
 
 def find_gravity(
-    frames: Sequence[Frame], settings: SegmentationSettings, mount: Mount = "auto"
+    frames: Sequence[Frame], settings: SegmentationSettings, mount: Held = "auto"
 ) -> Gravity:
     """Return which way is up in the world where at least three frames have poses, else in view.
 
@@ -124,9 +123,7 @@ def _in_camera(frames: Sequence[Frame], settings: SegmentationSettings) -> Gravi
     return best.gravity if best.shows_things else Gravity(doubt=DOUBT)
 
 
-def _in_world(
-    posed: Sequence[Frame], settings: SegmentationSettings, mount: Mount
-) -> Gravity:
+def _in_world(posed: Sequence[Frame], settings: SegmentationSettings, mount: Held) -> Gravity:
     """Return the direction that many surfaces face and that explains most of what is in view."""
     normals, votes = _surfaces(posed, settings.max_range)
     if mount != "auto":
@@ -152,9 +149,7 @@ def _share_upright(up_world: Array, posed: Iterable[Frame]) -> float:
     return float(np.mean(ups @ CAMERA_UP_PRIOR > np.cos(np.radians(45))))
 
 
-def _near_mount(
-    posed: Iterable[Frame], normals: Array, votes: Array, prior: Array
-) -> Array | None:
+def _near_mount(posed: Iterable[Frame], normals: Array, votes: Array, prior: Array) -> Array | None:
     """Return what the surfaces face, about where cameras held so have up; None = they differ."""
     poses = [frame.T_world_camera for frame in posed if frame.T_world_camera is not None]
     mean = np.mean([pose[:3, :3] @ prior for pose in poses], axis=0)

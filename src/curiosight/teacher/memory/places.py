@@ -28,15 +28,25 @@ def shrunk(frame: Frame, *, n_columns: int = 320) -> Frame:
         return frame
     stride = max(2, camera.width // n_columns)
     depth = frame.depth[::stride, ::stride].copy()
-    window = camera.depth_window
-    if window is not None:
-        u_min, v_min, u_max, v_max = window
-        window = (-(-u_min // stride), -(-v_min // stride), -(-u_max // stride), -(-v_max // stride))
-        window = window if window[0] < window[2] and window[1] < window[3] else None
-    numbers = (camera.fx, camera.fy, camera.cx, camera.cy)
-    height, width = depth.shape
-    small = Camera(width, height, *(number / stride for number in numbers), depth_window=window)
-    return replace(frame, rgb=np.zeros((height, width, 3), np.uint8), depth=depth, camera=small)
+    small = Camera(
+        depth.shape[1],
+        depth.shape[0],
+        camera.fx / stride,
+        camera.fy / stride,
+        camera.cx / stride,
+        camera.cy / stride,
+        _window(camera, stride),
+    )
+    rgb = np.zeros((*depth.shape, 3), np.uint8)
+    return replace(frame, rgb=rgb, depth=depth, camera=small)
+
+
+def _window(camera: Camera, stride: int) -> tuple[int, int, int, int] | None:
+    """Return the depth window in every so many rows and columns; None where nothing is left."""
+    if camera.depth_window is None:
+        return None
+    u_min, v_min, u_max, v_max = (-(-edge // stride) for edge in camera.depth_window)
+    return (u_min, v_min, u_max, v_max) if u_min < u_max and v_min < v_max else None
 
 
 def without_outliers(frames: Sequence[Frame]) -> list[Frame]:

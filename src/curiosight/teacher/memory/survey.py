@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Pose
+from curiosight.frame import MOUNTS, Frame, Pose
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.memory.gravity import MOUNTS, Gravity, Mount, find_gravity, observe
+from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe
 from curiosight.teacher.memory.places import shrunk, without_outliers
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
@@ -26,6 +26,7 @@ from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
+UPS = ("auto", *MOUNTS)
 
 
 def survey_recording(
@@ -33,48 +34,48 @@ def survey_recording(
     settings: SegmentationSettings | None = None,
     *,
     scene: str = "auto",
-    mount: Mount = "auto",
+    up: Held = "auto",
 ) -> Survey:
     """Look at some frames of a recording and find what they share.
 
     scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
         beyond it. With poses the floor's height is found too, so that it stays known where
         tables hide it.
-    mount: to which side of the image up points; "towards" the camera where it looks straight
+    up: to which side of the image up points; "towards" the camera where it looks straight
         down, "away" from it where it looks straight up; "auto" = find out.
     """
     if scene not in SCENES:
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
-    if mount not in MOUNTS:
-        raise ValueError(f"mount: expected one of {', '.join(MOUNTS)}, got {mount!r}")
+    if up not in UPS:
+        raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings = settings or SegmentationSettings()
     small = without_outliers([shrunk(frame) for frame in frames if _can_teach(frame)])
-    gravity = find_gravity(small, settings, mount)
-    up = gravity.up_world
+    gravity = find_gravity(small, settings, up)
     observed = [_observe(frame, gravity) for frame in small]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     noise = _noise_on_planes(observed, gravity, settings)
     settings = settings.for_sensor(noise)
     floor = None
-    if up is not None:
-        up, heights, areas = _world_supports(posed, up, settings)
+    up_world = gravity.up_world
+    if up_world is not None:
+        up_world, heights, areas = _world_supports(posed, up_world, settings)
         floor = _lowest_peak(heights, areas)
         if scene == "auto" and floor is not None and heights.max() - floor > 0.3:
             scene = "floor"
-    gravity = replace(gravity, up_world=up)
+    gravity = replace(gravity, up_world=up_world)
     if scene == "auto":
         scene = _scene_of(observed, gravity, settings)
     known = Survey(
         "table" if scene == "table" else "floor",
-        up,
+        up_world,
         noise=noise,
         up_camera=gravity.up_camera,
         doubt=gravity.doubt,
     )
-    if scene == "table" or up is None or floor is None:
+    if scene == "table" or up_world is None or floor is None:
         return known
-    tables = _tables(posed, up, floor, settings)
-    walls = _walls(posed, up, floor, tables, settings)
+    tables = _tables(posed, up_world, floor, settings)
+    walls = _walls(posed, up_world, floor, tables, settings)
     return replace(known, floor_height=floor, tables=tables, walls=walls)
 
 

@@ -80,7 +80,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
     if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
         return Verdict.WALL_PART
-    if thing.top < 2 * (limits.slab + settings.noise * thing.distance**2):
+    if thing.top < 1.1 * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
