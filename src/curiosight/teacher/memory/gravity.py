@@ -44,8 +44,12 @@ DOUBT = (
     "it is not clear which way is up: a wall ahead, or a floor or table from straight above "
     "(--up says it)"
 )
+# Of the surface points of a frame, so many speak for all.
+STRIDE = 8
 # So many frames are tried.
 N_TRIED = 8
+# Of a frame's readings; where floors explain less, tables are tried too.
+WELL_EXPLAINED = 0.6
 # Most cameras are held upright: by so much more another way must explain what is in view.
 UPRIGHT_BONUS = 0.25
 # Cameras that see walls ahead are far more frequent than those that look straight down.
@@ -164,9 +168,10 @@ def _surfaces(posed: Iterable[Frame], max_range: float) -> tuple[Array, Array]:
         if frame.T_world_camera is None:
             continue
         points = observe(frame)
-        weights = votes_on_up(points, max_range)
-        normals.append(points.normals[weights > 0] @ frame.T_world_camera[:3, :3].T)
-        votes.append(weights[weights > 0])
+        weights = votes_on_up(points, max_range).ravel()
+        where = np.flatnonzero(weights)[::STRIDE]
+        normals.append(points.normals_at(where) @ frame.T_world_camera[:3, :3].T)
+        votes.append(weights.take(where))
     return np.concatenate(normals), np.concatenate(votes)
 
 
@@ -185,19 +190,17 @@ def _some(frames: Sequence[Frame]) -> list[Frame]:
 def _try(gravity: Gravity, frames: Iterable[Frame], settings: SegmentationSettings) -> _Trial:
     """Return what is explained if that is up, by the better of floor and table."""
     coarse = replace(settings, stride=2 * settings.stride)
-    shares = np.max(
-        [
-            [_explained(teacher, frame, settings.max_range) for frame in frames]
-            for scene in ("floor", "table")
-            for teacher in [
-                Teacher(
-                    Survey(scene, up_world=gravity.up_world, up_camera=gravity.up_camera), coarse
-                )
-            ]
-        ],
-        axis=0,
-    )
-    return _Trial(gravity, *shares.T)
+    survey = Survey("floor", up_world=gravity.up_world, up_camera=gravity.up_camera)
+    as_floor = Teacher(survey, coarse)
+    as_table = Teacher(replace(survey, scene="table"), coarse)
+    shares = []
+    for frame in frames:
+        explained = _explained(as_floor, frame, settings.max_range)
+        if explained[0] < WELL_EXPLAINED:
+            others = _explained(as_table, frame, settings.max_range)
+            explained = tuple(np.maximum(explained, others))
+        shares.append(explained)
+    return _Trial(gravity, *np.array(shares).T)
 
 
 def _explained(teacher: Teacher, frame: Frame, max_range: float) -> tuple[float, float]:

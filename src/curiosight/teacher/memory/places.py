@@ -17,6 +17,9 @@ MIN_OUTLIER = 20.0
 # Nor nearer than so many times the median distance to it.
 OUTLIER_FACTOR = 10.0
 
+# A map is made of places that are not farther apart than this along any axis, metres.
+MAX_EXTENT = 20.0
+
 
 def shrunk(frame: Frame, *, n_columns: int = 320) -> Frame:
     """Return every so many rows and columns of a frame, at least every second one.
@@ -68,3 +71,22 @@ def without_outliers(frames: Sequence[Frame]) -> list[Frame]:
 def _distance(frame: Frame, centre: Array) -> float | None:
     pose = frame.T_world_camera
     return None if pose is None else float(np.linalg.norm(pose[:3, 3] - centre))
+
+
+def neighbourhoods(positions: Array) -> list[npt.NDArray[np.intp]]:
+    """Divide (n, 3) places in metres where they leave the widest gap, until none is wide.
+
+    Return the rows of each part. A map of all would be as large as the way between them.
+    """
+    parts, waiting = [], [np.arange(len(positions))]
+    while waiting:
+        rows = waiting.pop()
+        extent = np.ptp(positions[rows], axis=0) if len(rows) else np.zeros(3)
+        if extent.max() <= MAX_EXTENT:
+            parts.append(rows)
+            continue
+        axis = int(np.argmax(extent))
+        ordered = rows[np.argsort(positions[rows, axis], kind="stable")]
+        widest = 1 + int(np.argmax(np.diff(positions[ordered, axis])))
+        waiting += [np.sort(ordered[widest:]), np.sort(ordered[:widest])]
+    return parts

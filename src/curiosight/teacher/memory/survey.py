@@ -15,7 +15,7 @@ from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe
-from curiosight.teacher.memory.places import shrunk, without_outliers
+from curiosight.teacher.memory.places import neighbourhoods, shrunk, without_outliers
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
@@ -118,6 +118,15 @@ def _world_supports(
 
 
 def _tables(
+    posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
+) -> tuple[Table, ...]:
+    """Return the tables of every place where the camera was."""
+    parts = neighbourhoods(np.array([pose[:3, 3] for _, pose in posed]))
+    places = [[posed[row] for row in rows] for rows in parts]
+    return tuple(table for near in places for table in _tables_at(near, up, floor, settings))
+
+
+def _tables_at(
     posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
 ) -> tuple[Table, ...]:
     level: list[Array] = []

@@ -13,6 +13,8 @@ from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
 
 Array = npt.NDArray[Any]
+# No camera is farther above or below the floor that it sees, metres.
+MAX_HEIGHT = 20.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +43,11 @@ class Survey:
     doubt: str | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
-        """Return the camera's height over the floor in metres; None where it is not known."""
+        """Return the camera's height over the floor in metres; None where it is not known.
+
+        Where a pose is lost, far above or below the place, it is not known either.
+        """
         if T_world_camera is None or self.up_world is None or self.floor_height is None:
             return None
-        return float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height
+        height = float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height
+        return height if abs(height) < MAX_HEIGHT else None
