@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from curiosight.frame import Camera, Frame
 
 Array = npt.NDArray[Any]
-# Nearer than this to the middle of all (metres) no pose is an outlier.
-MIN_OUTLIER = 20.0
-# Nor nearer than so many times the median distance to it.
-OUTLIER_FACTOR = 10.0
-
+# Nearer than this to another (metres) no pose is an outlier, nor nearer than so many times what
+# poses are from each other by the median.
+MIN_GAP, GAP_FACTOR = 20.0, 10.0
 # A map is made of places that are not farther apart than this along any axis, metres.
 MAX_EXTENT = 20.0
 
@@ -53,24 +53,26 @@ def _window(camera: Camera, stride: int) -> tuple[int, int, int, int] | None:
 
 
 def without_outliers(frames: Sequence[Frame]) -> list[Frame]:
-    """Return the frames but those whose pose is far from where all others are."""
-    posed = [frame.T_world_camera for frame in frames if frame.T_world_camera is not None]
-    if not posed:
+    """Return the frames but those whose pose is far from where most others are.
+
+    Over hundreds of metres the least tilt of what is taken for up moves the floor.
+    """
+    rows = [row for row, frame in enumerate(frames) if frame.T_world_camera is not None]
+    if len(rows) < 3:
         return list(frames)
-    centre = np.median([pose[:3, 3] for pose in posed], axis=0)
-    away = [_distance(frame, centre) for frame in frames]
-    known = [metres for metres in away if metres is not None]
-    limit = max(MIN_OUTLIER, OUTLIER_FACTOR * float(np.median(known)))
-    return [
-        frame
-        for frame, metres in zip(frames, away, strict=True)
-        if metres is None or metres <= limit
-    ]
+    positions = positions_of(frames)
+    distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    np.fill_diagonal(distances, np.inf)
+    gap = max(MIN_GAP, GAP_FACTOR * float(np.median(distances.min(axis=1))))
+    _, place = connected_components(csr_array(distances < gap), directed=False)
+    lost = np.array(rows)[place != np.argmax(np.bincount(place))]
+    return [frame for row, frame in enumerate(frames) if row not in lost]
 
 
-def _distance(frame: Frame, centre: Array) -> float | None:
-    pose = frame.T_world_camera
-    return None if pose is None else float(np.linalg.norm(pose[:3, 3] - centre))
+def positions_of(frames: Sequence[Frame]) -> Array:
+    """(n, 3) metres: where the cameras of the frames with poses are in the world."""
+    poses = [frame.T_world_camera for frame in frames if frame.T_world_camera is not None]
+    return np.array([pose[:3, 3] for pose in poses]).reshape(-1, 3)
 
 
 def neighbourhoods(positions: Array) -> list[npt.NDArray[np.intp]]:

@@ -15,7 +15,7 @@ from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe
-from curiosight.teacher.memory.places import neighbourhoods, shrunk, without_outliers
+from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
@@ -74,9 +74,11 @@ def survey_recording(
     )
     if scene == "table" or up_world is None or floor is None:
         return known
+    places = positions_of(small)
+    surveyed = np.stack([places.min(axis=0), places.max(axis=0)])
     tables = _tables(posed, up_world, floor, settings)
     walls = _walls(posed, up_world, floor, tables, settings)
-    return replace(known, floor_height=floor, tables=tables, walls=walls)
+    return replace(known, floor_height=floor, tables=tables, walls=walls, surveyed=surveyed)
 
 
 def _can_teach(frame: Frame) -> bool:
