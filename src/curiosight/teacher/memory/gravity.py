@@ -48,7 +48,7 @@ DOUBT = (
 STRIDE = 8
 # So many frames are tried.
 N_TRIED = 8
-# Of a frame's readings; where floors explain less, tables are tried too.
+# Of a frame's readings; where floors explain less, or nothing stands, tables are tried too.
 WELL_EXPLAINED = 0.6
 # Most cameras are held upright: by so much more another way must explain what is in view.
 UPRIGHT_BONUS = 0.25
@@ -196,7 +196,7 @@ def _try(gravity: Gravity, frames: Iterable[Frame], settings: SegmentationSettin
     shares = []
     for frame in frames:
         explained = _explained(as_floor, frame, settings.max_range)
-        if explained[0] < WELL_EXPLAINED:
+        if explained[0] < WELL_EXPLAINED or explained[1] < MIN_STANDING:
             others = _explained(as_table, frame, settings.max_range)
             explained = tuple(np.maximum(explained, others))
         shares.append(explained)
