@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -47,13 +47,19 @@ def ups_from_normals(
     for _ in range(max_candidates):
         if total == 0 or area.sum() < 0.02 * total:
             return
-        up = _densest(normals, area, prior)
-        for width in np.radians((12, 8, 5)):
-            total_normal = np.zeros(3)
-            _sum_facing(normals, area, up.astype(np.float32), np.cos(width), total_normal)
-            up = total_normal / np.linalg.norm(total_normal)
+        up = settled(normals, area, _densest(normals, area, prior), (12, 8, 5))
         yield up
         area = np.where(_cosines(normals, up) < np.cos(np.radians(15)), area, 0)
+
+
+def settled(normals: Array, votes: Array, up: Array, widths_deg: Iterable[float]) -> Array:
+    """Return the mean of the (n, 3) normals that are near it, for one width after the other."""
+    for width in np.radians([*widths_deg]):
+        total = np.zeros(3)
+        _sum_facing(normals, votes, up.astype(np.float32), np.cos(width), total)
+        length = float(np.linalg.norm(total))
+        up = total / length if length > 0 else up
+    return up
 
 
 def votes_on_up(points: Points, max_range: float) -> Array:

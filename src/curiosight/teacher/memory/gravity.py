@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label, Mount
+from curiosight.frame import Frame, Label, Mount, Pose
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
@@ -129,7 +129,9 @@ def _in_camera(frames: Sequence[Frame], settings: SegmentationSettings) -> Gravi
 
 def _in_world(posed: Sequence[Frame], settings: SegmentationSettings, mount: Held) -> Gravity:
     """Return the direction that many surfaces face and that explains most of what is in view."""
-    normals, votes = _surfaces(posed, settings.max_range)
+    observed = [(observe(one), one.T_world_camera) for one in posed]
+    known = [(points, pose) for points, pose in observed if pose is not None]
+    normals, votes = surfaces_of(known, settings.max_range)
     if mount != "auto":
         return Gravity(up_world=_near_mount(posed, normals, votes, UP_OF_MOUNT[mount]))
     some = _some(posed)
@@ -161,16 +163,14 @@ def _near_mount(posed: Iterable[Frame], normals: Array, votes: Array, prior: Arr
     return None if length < 0.3 else up_from_normals(normals, votes, prior=mean / length)
 
 
-def _surfaces(posed: Iterable[Frame], max_range: float) -> tuple[Array, Array]:
-    """Return (n, 3) normals in the world and (n,) their votes."""
+def surfaces_of(observed: Iterable[tuple[Points, Pose]], max_range: float) -> tuple[Array, Array]:
+    """Return (n, 3) float32 normals in the world, of some of the points, and (n,) their votes."""
     normals, votes = [], []
-    for frame in posed:
-        if frame.T_world_camera is None:
-            continue
-        points = observe(frame)
+    for points, T_world_camera in observed:
         weights = votes_on_up(points, max_range).ravel()
         where = np.flatnonzero(weights)[::STRIDE]
-        normals.append(points.normals_at(where) @ frame.T_world_camera[:3, :3].T)
+        turn = T_world_camera[:3, :3].T.astype(np.float32)
+        normals.append(points.normals_at(where) @ turn)
         votes.append(weights.take(where))
     return np.concatenate(normals), np.concatenate(votes)
 

@@ -21,15 +21,15 @@ MIN_GAP, GAP_FACTOR = 20.0, 10.0
 MAX_EXTENT = 20.0
 
 
-def shrunk(frame: Frame, *, n_columns: int = 320) -> Frame:
-    """Return every so many rows and columns of a frame, at least every second one.
+def shrunk(frame: Frame, n_columns: int = 320, *, least: int = 2) -> Frame:
+    """Return every so many rows and columns of a frame, without its colours.
 
-    A survey that keeps dozens of frames needs no more of them.
+    n_columns: about as many are left. least: every so many are taken at least.
     """
     camera = frame.camera
     if camera is None or frame.depth is None:
         return frame
-    stride = max(2, camera.width // n_columns)
+    stride = max(least, camera.width // n_columns)
     depth = frame.depth[::stride, ::stride].copy()
     small = Camera(
         depth.shape[1],
@@ -40,7 +40,7 @@ def shrunk(frame: Frame, *, n_columns: int = 320) -> Frame:
         camera.cy / stride,
         _window(camera, stride),
     )
-    rgb = np.zeros((*depth.shape, 3), np.uint8)
+    rgb = np.broadcast_to(np.uint8(0), (*depth.shape, 3))
     return replace(frame, rgb=rgb, depth=depth, camera=small)
 
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from curiosight.frame import MOUNTS, Frame, Pose
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, votes_on_up
+from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe
+from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
 from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
@@ -49,9 +49,9 @@ def survey_recording(
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings = settings or SegmentationSettings()
-    small = without_outliers([shrunk(frame) for frame in frames if _can_teach(frame)])
-    gravity = find_gravity(small, settings, up)
-    observed = [_observe(frame, gravity) for frame in small]
+    kept = without_outliers([shrunk(one, 640, least=1) for one in frames if _can_teach(one)])
+    gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
+    observed = [_observe(frame, gravity) for frame in kept]
     posed = [(points, pose) for points, pose in observed if pose is not None]
     noise = _noise_on_planes(observed, gravity, settings)
     settings = settings.for_sensor(noise)
@@ -74,7 +74,7 @@ def survey_recording(
     )
     if scene == "table" or up_world is None or floor is None:
         return known
-    places = positions_of(small)
+    places = positions_of(kept)
     surveyed = np.stack([places.min(axis=0), places.max(axis=0)])
     tables = _tables(posed, up_world, floor, settings)
     walls = _walls(posed, up_world, floor, tables, settings)
@@ -92,7 +92,7 @@ def _observe(frame: Frame, gravity: Gravity) -> tuple[Points, Pose | None]:
     if pose is not None and gravity.up_world is not None:
         up = pose[:3, :3].T @ gravity.up_world
     upright = frame if up is None else turn_frame(frame, turns_upright(up))
-    return observe(upright), upright.T_world_camera
+    return observe(shrunk(upright)), upright.T_world_camera
 
 
 def _world_supports(
@@ -104,6 +104,8 @@ def _world_supports(
     """
     heights: list[float] = []
     areas: list[float] = []
+    # So often that it does not matter where it began.
+    up = settled(*surfaces_of(posed, settings.max_range), up, 8 * [5])
     for _ in range(3):
         heights, areas, normals = [], [], []
         for points, T_world_camera in posed:
