@@ -56,7 +56,7 @@ def test_camera_file_says_how_the_camera_is_held(mount: str, tmp_path: Path) -> 
 def test_mount_that_is_none_is_refused(mount: object, tmp_path: Path) -> None:
     write_folder(tmp_path, 1)
     say(tmp_path, mount)
-    with pytest.raises(DataError, match="mount is .*expected one of up, down, left, right"):
+    with pytest.raises(DataError, match=r"mount is .*expected one of up, down, left, right"):
         open_dataset(tmp_path)
 
 
