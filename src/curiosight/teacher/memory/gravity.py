@@ -56,6 +56,9 @@ UPRIGHT_BONUS = 0.25
 MAX_EXPLAINED_OTHERWISE = 0.6
 # What stands is less than what it stands on, and tells more.
 STANDING_WEIGHT = 3.0
+# A picture on a wall is like a box on a table seen from above. Nearer than this, metres, a camera
+# is over a table; and straight above is within this angle.
+MAX_OVERHEAD, MAX_FROM_STRAIGHT = 1.3, np.radians(30)
 # Share of a frame's readings that stand on something, for that to be seen; and of the frames.
 MIN_STANDING, MIN_SHOWING = 0.003, 0.25
 
@@ -124,7 +127,8 @@ def _in_camera(frames: Sequence[Frame], settings: SegmentationSettings) -> Gravi
     best = overhead if held.score < MAX_EXPLAINED_OTHERWISE * overhead.score else held
     if best is upright or best.score == 0:
         return Gravity()
-    return best.gravity if best.shows_things else Gravity(doubt=DOUBT)
+    is_clear = best.shows_things and (best is not overhead or _is_near(some))
+    return best.gravity if is_clear else Gravity(doubt=DOUBT)
 
 
 def _in_world(posed: Sequence[Frame], settings: SegmentationSettings, mount: Held) -> Gravity:
@@ -143,16 +147,28 @@ def _in_world(posed: Sequence[Frame], settings: SegmentationSettings, mount: Hel
             best, most = trial, score
     if best is None or best.gravity.up_world is None:
         return Gravity()
-    if best.shows_things or _share_upright(best.gravity.up_world, posed) > 0.5:
-        return best.gravity
-    return Gravity(doubt=DOUBT)
+    up = best.gravity.up_world
+    is_overhead = _share_held(up, posed, UP_OF_MOUNT["towards"], MAX_FROM_STRAIGHT) > 0.5
+    is_clear = best.shows_things and (not is_overhead or _is_near(some))
+    return best.gravity if is_clear or _share_upright(up, posed) > 0.5 else Gravity(doubt=DOUBT)
 
 
 def _share_upright(up_world: Array, posed: Iterable[Frame]) -> float:
     """Return the share of frames whose camera is held upright if that is up."""
+    return _share_held(up_world, posed, CAMERA_UP_PRIOR, np.radians(45))
+
+
+def _share_held(up_world: Array, posed: Iterable[Frame], prior: Array, max_angle: float) -> float:
+    """Return the share of frames in which up is within an angle of (3,) `prior`."""
     poses = [frame.T_world_camera for frame in posed if frame.T_world_camera is not None]
     ups = np.array([pose[:3, :3].T @ up_world for pose in poses])
-    return float(np.mean(ups @ CAMERA_UP_PRIOR > np.cos(np.radians(45))))
+    return float(np.mean(ups @ prior > np.cos(max_angle)))
+
+
+def _is_near(frames: Iterable[Frame]) -> bool:
+    """Tell whether frames show what is as near as a table is to an arm."""
+    depths = [np.nanmedian(frame.depth) for frame in frames if frame.depth is not None]
+    return float(np.median(depths)) < MAX_OVERHEAD
 
 
 def _near_mount(posed: Iterable[Frame], normals: Array, votes: Array, prior: Array) -> Array | None:
