@@ -31,7 +31,7 @@ STAIRS = (
     {"walls"},
     {"things"},
     {"background", "segmented"},
-    {"confidence"},
+    {"confidence", "turning"},
     {"teacher", "paper"},
     {"memory", "given"},
 )

@@ -29,6 +29,8 @@ class TeacherConfig:
     source: what labels the frames: "depth", "masks:FOLDER" or "boxes:FILE", see `teachers`.
     pipeline: how depth labels them: "paper" is `PaperTeacher`, set by [paper_segmentation];
         "default" is `Teacher`, set by [segmentation].
+    up: to which side of the image up points; "towards" the camera where it looks straight down,
+        "away" from it where it looks straight up; "auto" = as camera.json says, else found out.
     temporal: with poses, what earlier views agree on corrects what teaches the learner; not in
         the paper's pipeline, which takes each frame alone.
     """
@@ -36,6 +38,7 @@ class TeacherConfig:
     source: str = "depth"
     pipeline: Literal["paper", "default"] = "paper"
     scene: Literal["auto", "floor", "table"] = "auto"
+    up: Literal["auto", "up", "down", "left", "right", "towards", "away"] = "auto"
     n_survey_frames: int = 24
     temporal: bool = False
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,12 @@ Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
 Pose = npt.NDArray[np.float64]
 
+# How a camera is held: to which side of its image up points, or "towards" the camera, which then
+# looks straight down, or "away" from it.
+Mount = Literal["up", "down", "left", "right", "towards", "away"]
+MOUNTS: tuple[Mount, ...] = get_args(Mount)
+# A pose farther from the world's origin is a slip of the pen or of an estimate, metres.
+MAX_AWAY = 10_000.0
 # Fused trajectories are written with few digits: 7-Scenes' are off by 4e-4.
 RIGID_TOLERANCE = 1e-2
 
@@ -110,10 +117,12 @@ class Viewpoint:
 
 
 def is_rigid(pose: Pose) -> bool:
-    """Tell whether a matrix is a finite (4, 4) rotation and translation."""
+    """Tell whether a matrix is a finite (4, 4) rotation and translation, of at most 10 km."""
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         return False
     rotation = pose[:3, :3]
+    if np.abs(pose[:3, 3]).max() > MAX_AWAY:
+        return False
     is_orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < RIGID_TOLERANCE
     is_affine = np.abs(pose[3] - [0, 0, 0, 1]).max() < RIGID_TOLERANCE
     return bool(is_orthonormal and is_affine and np.linalg.det(rotation) > 0)

@@ -27,6 +27,7 @@ def bench(
     ] = "all",
     frames: Annotated[int, typer.Option(help="Frames to time, evenly spaced.", metavar="N")] = 40,
     scene: options.Scene = None,
+    up: options.Up = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
     json: Annotated[
@@ -47,7 +48,7 @@ def bench(
     Ctrl-C ends it early and shows what is measured.
     """
     talk = Talk(quiet=quiet)
-    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene, "teacher.up": up})
     if json is not None and not json.parent.is_dir():
         raise DataError(json.parent, "is not a folder", "make it, or choose another --json FILE")
     dataset = open_source(source, reading=settings.reading)

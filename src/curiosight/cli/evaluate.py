@@ -70,6 +70,7 @@ def evaluate(
     ] = "",
     seed: options.Seed = None,
     scene: options.Scene = None,
+    up: options.Up = None,
     teacher: options.Teacher = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
@@ -92,7 +93,13 @@ def evaluate(
     settings = load_config(
         preset,
         config,
-        {**reading, "run.seed": seed, "teacher.scene": scene, "teacher.source": teacher},
+        {
+            **reading,
+            "run.seed": seed,
+            "teacher.scene": scene,
+            "teacher.up": up,
+            "teacher.source": teacher,
+        },
     )
     if seed is not None and folds is None and not baselines:
         raise ValueError("seed: expected --folds or --baselines too, or nothing is left to chance")

@@ -90,6 +90,7 @@ def explore(
     ground_truth: options.GroundTruth = None,
     seed: options.Seed = None,
     scene: options.Scene = None,
+    up: options.Up = None,
     teacher: options.Teacher = None,
     threads: options.Threads = None,
     preset: options.Preset = None,
@@ -122,6 +123,7 @@ def explore(
             "run.seed": seed,
             "run.n_threads": threads,
             "teacher.scene": scene,
+            "teacher.up": up,
             "teacher.source": teacher,
         },
     )

@@ -59,6 +59,15 @@ Scene = Annotated[
         show_default="auto",
     ),
 ]
+Up = Annotated[
+    str | None,
+    typer.Option(
+        help="Where up points in the image: up, down, left or right; towards the camera where it "
+        "looks straight down, away from it where straight up; or auto = find out.",
+        rich_help_panel=SETTINGS,
+        show_default="auto",
+    ),
+]
 Teacher = Annotated[
     str | None,
     typer.Option(

@@ -33,6 +33,7 @@ def propose(
     top: Annotated[int, typer.Option(help="How many boxes a frame.", metavar="K")] = 20,
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
     scene: options.Scene = None,
+    up: options.Up = None,
     temporal: options.Temporal = False,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
@@ -49,7 +50,7 @@ def propose(
     model is given; the best first) and config.toml. Ctrl-C ends it early and keeps what is found.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene, "teacher.up": up})
     learner = None if model is None else SaliencyLearner.load(load_run_model(model))
     folder = OutputFolder(out, "propose", source, overwrite=overwrite)
     dataset = open_source(source, reading=settings.reading)

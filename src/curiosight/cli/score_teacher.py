@@ -49,6 +49,7 @@ def score_teacher(
     worst: Annotated[int, typer.Option(help="Draw the N worst frames.", metavar="N")] = 12,
     ground_truth: options.GroundTruth = None,
     scene: options.Scene = None,
+    up: options.Up = None,
     temporal: options.Temporal = False,
     teacher: options.Teacher = None,
     preset: options.Preset = None,
@@ -68,7 +69,9 @@ def score_teacher(
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
-        preset, config, {**reading, "teacher.scene": scene, "teacher.source": teacher}
+        preset,
+        config,
+        {**reading, "teacher.scene": scene, "teacher.up": up, "teacher.source": teacher},
     )
     what_counts = ScoringSettings(every, border_px, max_distance, worst)
     folder = OutputFolder(out, "score-teacher", source, overwrite=overwrite)

@@ -23,6 +23,7 @@ def segment(
     source: options.Source,
     every: Annotated[int, typer.Option(help="Take every K-th frame.", metavar="K")] = 1,
     scene: options.Scene = None,
+    up: options.Up = None,
     temporal: options.Temporal = False,
     reasons: Annotated[
         bool,
@@ -57,7 +58,7 @@ def segment(
     Ctrl-C ends it early and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    settings = load_config(preset, config, {**reading, "teacher.scene": scene})
+    settings = load_config(preset, config, {**reading, "teacher.scene": scene, "teacher.up": up})
     folder = OutputFolder(out, "segment", source, overwrite=overwrite)
     dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from curiosight.frame import Pose, is_rigid
+from curiosight.frame import MAX_AWAY, Pose, is_rigid
 
 MAX_BYTES = 100_000_000
 # Of lines that are not as long as the others, in a file that is still a trajectory.
@@ -202,7 +202,7 @@ def _of_quaternions(rows: Sequence[Numbers | None], header: str) -> list[Pose | 
     named = w_is_first(header)
     if named or (named is None and not is_last):
         quaternions = np.roll(quaternions, -1, axis=1)
-    is_valid = _is_unit(quaternions) & np.isfinite(positions).all(axis=1)
+    is_valid = _is_unit(quaternions) & (np.abs(positions) <= MAX_AWAY).all(axis=1)
     return [
         _pose(position, quaternion) if valid else None
         for position, quaternion, valid in zip(positions, quaternions, is_valid, strict=True)

@@ -38,7 +38,7 @@ from curiosight.datasets.sizes import (
     image_size,
 )
 from curiosight.errors import DataError
-from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
+from curiosight.frame import Camera, Depth, Frame, Mount, Pose, Rgb
 
 Image = TypeVar("Image", Rgb, Depth)
 
@@ -98,6 +98,8 @@ class Recording:
     is_turned = False
     # By "labels" in camera.json, where that does not speak of other images.
     masks_may_be_labelled = True
+    # How the camera is held, by "mount" in camera.json; None = not said.
+    mount: Mount | None = None
 
     def __init__(
         self,

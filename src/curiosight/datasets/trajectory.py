@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.pose_text import MAX_HEADER_LINES, w_is_first
 from curiosight.errors import DataError
-from curiosight.frame import Pose, is_rigid
+from curiosight.frame import MAX_AWAY, Pose, is_rigid
 
 MAX_GAP_NS = 500_000_000
 MAX_STAMP_NS = np.iinfo(np.int64).max
@@ -29,7 +29,7 @@ class Trajectory:
     """Poses over time, sorted by stamp.
 
     stamps_ns: (N,) int64; positions: (N, 3) metres; quaternions: (N, 4) x, y, z, w. Rows with
-    NaN or a zero quaternion stay in: `valid` (N,) bool tells them.
+    NaN, a zero quaternion or a place beyond 10 km stay in: `valid` (N,) bool tells them.
     """
 
     stamps_ns: npt.NDArray[np.int64]
@@ -38,8 +38,10 @@ class Trajectory:
 
     @property
     def valid(self) -> npt.NDArray[np.bool_]:
-        """Tell which rows are poses: finite, with a quaternion of about unit length."""
-        finite = np.isfinite(self.positions).all(1) & np.isfinite(self.quaternions).all(1)
+        """Tell which rows are poses: within 10 km, with a quaternion of about unit length."""
+        # What is NaN compares false.
+        near = (np.abs(self.positions) <= MAX_AWAY).all(1)
+        finite = near & np.isfinite(self.quaternions).all(1)
         lengths = np.linalg.norm(self.quaternions, axis=1)
         is_valid: npt.NDArray[np.bool_] = finite & (np.abs(lengths - 1) < 0.1)
         return is_valid
@@ -96,7 +98,7 @@ def read_pose(path: Path) -> Pose:
     if not np.isfinite(pose).all():
         raise UnreadableFile(f"{path.name} holds NaN or infinite numbers")
     if not is_rigid(pose):
-        raise UnreadableFile(f"{path.name} is not a rigid pose")
+        raise UnreadableFile(f"{path.name} is not a rigid pose within 10 km")
     return pose
 
 

@@ -12,7 +12,7 @@ from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
-from curiosight.frame import Frame, Viewpoint
+from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner, Teaches
@@ -25,6 +25,8 @@ from curiosight.teacher import (
     survey_recording,
 )
 from curiosight.teacher.given import open_teacher
+from curiosight.teacher.memory.gravity import UP_OF_MOUNT
+from curiosight.teacher.turning import TurnedTeacher, turns_upright
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
 
@@ -35,7 +37,7 @@ def survey_dataset(config: Config, dataset: Dataset) -> Survey:
     Raises `DataError` where it has no frame that can be used, or no depth, unless the settings
     name another teacher.
     """
-    return survey_frames(config, _survey_frames(config, dataset))
+    return survey_frames(config, dataset, _survey_frames(config, dataset))
 
 
 def make_teacher(
@@ -58,9 +60,9 @@ def make_teacher(
     frames: Iterable[Frame] = _survey_frames(config, dataset)
     if temporal:
         frames = list(frames)
-    survey = survey or survey_frames(config, frames)
+    survey = survey or survey_frames(config, dataset, frames)
     if pipeline == "paper":
-        return PaperTeacher(survey.scene, config.paper_segmentation)
+        return _held(PaperTeacher(survey.scene, config.paper_segmentation), config, dataset)
     teacher = Teacher(survey, config.segmentation)
     if not temporal:
         return teacher
@@ -69,9 +71,29 @@ def make_teacher(
     return remembering
 
 
-def survey_frames(config: Config, frames: Iterable[Frame]) -> Survey:
-    """Return what frames tell together, as the settings ask."""
-    return survey_recording(frames, config.segmentation, scene=config.teacher.scene)
+def survey_frames(config: Config, dataset: Dataset, frames: Iterable[Frame]) -> Survey:
+    """Return what frames of a recording tell together, as the settings or its files ask."""
+    return survey_recording(
+        frames,
+        config.segmentation,
+        scene=config.teacher.scene,
+        up=_mount_of(config, dataset) or "auto",
+    )
+
+
+def _mount_of(config: Config, dataset: Dataset) -> Mount | None:
+    """Return how the camera is held, by the settings, else by its file; None = not said."""
+    if config.teacher.up != "auto":
+        return config.teacher.up
+    mount: Mount | None = getattr(dataset, "mount", None)
+    return mount
+
+
+def _held(teacher: PaperTeacher, config: Config, dataset: Dataset) -> Teaches:
+    """Return the paper's teacher, which knows upright cameras only, for one on its side."""
+    mount = _mount_of(config, dataset)
+    n_turns = 0 if mount is None else turns_upright(UP_OF_MOUNT[mount])
+    return TurnedTeacher(teacher, n_turns) if n_turns else teacher
 
 
 def _survey_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:

@@ -80,7 +80,7 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
     which way is up too, for regions by pose.
     """
     frames = open_some(dataset)
-    survey = _survey(config, frames[::SURVEY_STRIDE])
+    survey = _survey(config, dataset, frames[::SURVEY_STRIDE])
     divided = choose_regions(config, dataset, survey)
     height, width = frames[0].rgb.shape[:2]
     n_confident = sum(
@@ -118,10 +118,10 @@ def doubts_of(dataset: Dataset) -> list[Doubt]:
     return find_doubts(dataset) if dataset.has_depth and hasattr(dataset, "entries") else []
 
 
-def _survey(config: Config, frames: Sequence[Frame]) -> Survey | None:
+def _survey(config: Config, dataset: Dataset, frames: Sequence[Frame]) -> Survey | None:
     """Return what frames tell together; None where none of them has depth that can be used."""
     good = [frame for frame in frames if frame.problem is None and frame.depth is not None]
-    return survey_frames(config, good) if good else None
+    return survey_frames(config, dataset, good) if good else None
 
 
 def _camera(dataset: Dataset) -> dict[str, Any] | None:

@@ -26,8 +26,9 @@ _REMEDIES = {
     NO_SURROUNDINGS: f"{_SEE}; something that is no object must be in view; {_SCENE}",
     "no depth": "give depth, or a teacher of another kind (--teacher masks:… or boxes:…)",
     "no reading": "the depth images are empty: mend or leave out these frames",
-    "in view": f"{_SEE}; a table or the floor must be in view and the camera upright; {_SCENE}; "
-    f"{_UNIT}",
+    "in view": f"{_SEE}; a table or the floor must be in view; --up says how the camera is held; "
+    f"{_SCENE}; {_UNIT}",
+    "which way is up": 'say how the camera is held: --up, or "mount" in camera.json',
     "mask": "give a mask <id>.png of the image's size for every frame",
     "name this frame": "name the images of the boxes as the frames are named",
 }

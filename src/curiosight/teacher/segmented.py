@@ -28,6 +28,8 @@ class Segmentation:
     cluster_of_pixel: (H, W) uint16, 1 + the place in `clusters`; 0 = none.
     supports, walls: in the camera's frame, lowest support first.
     problem: why nothing could be said; None = nothing is wrong.
+    n_turns: quarter turns, against the clock, after which the image is upright: supports, walls
+        and clusters were found in it then.
     """
 
     labels: npt.NDArray[np.uint8]
@@ -36,6 +38,7 @@ class Segmentation:
     supports: tuple[Support, ...] = ()
     walls: tuple[Wall, ...] = ()
     problem: str | None = None
+    n_turns: int = 0
 
     @classmethod
     def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:

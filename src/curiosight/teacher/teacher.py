@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from curiosight.frame import Frame, Label
 from curiosight.teacher.background import border_mask, on_supports, on_walls
 from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points, spread
+from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.confidence import measure_confidence
 from curiosight.teacher.segmented import Segmentation
@@ -25,6 +27,7 @@ from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.objects import find_objects
 from curiosight.teacher.things.things import Surroundings
 from curiosight.teacher.things.verdicts import Cluster, Verdict
+from curiosight.teacher.turning import rotation_of, turn_frame, turn_segmentation, turns_upright
 from curiosight.teacher.walls.wall_map import moved, recognise
 from curiosight.teacher.walls.walls import find_walls
 
@@ -56,12 +59,32 @@ class Teacher:
         problem = _problem_of(frame)
         if problem is not None or frame.depth is None or frame.camera is None:
             return Segmentation.of_nothing(frame, problem, self.settings.max_range)
+        n_turns, prior = self._held(frame, up)
+        if up is not None:
+            up = rotation_of(n_turns) @ up
+        found = self._segment_upright(turn_frame(frame, n_turns), up, prior)
+        return turn_segmentation(replace(found, n_turns=0), -n_turns)
+
+    def _held(self, frame: Frame, up: Array | None) -> tuple[int, Array]:
+        """Return the quarter turns that put a frame upright, and about where up is then."""
+        survey, pose = self.survey, frame.T_world_camera
+        prior = CAMERA_UP_PRIOR if survey.up_camera is None else survey.up_camera
+        if pose is not None and survey.up_world is not None:
+            up = pose[:3, :3].T @ survey.up_world
+        n_turns = turns_upright(prior if up is None else up)
+        return n_turns, rotation_of(n_turns) @ prior
+
+    def _segment_upright(self, frame: Frame, up: Array | None, prior: Array) -> Segmentation:
+        assert frame.depth is not None
+        assert frame.camera is not None
         stride = self.settings.stride_at(frame.camera.width)
         points = observe_points(frame.depth, frame.camera, stride=stride)
-        supports = find_footing(points, frame.T_world_camera, self.survey, self.settings, up=up)
+        supports = find_footing(
+            points, frame.T_world_camera, self.survey, self.settings, up=up, prior=prior
+        )
         if not any(support.plane.inliers.any() for support in supports):
             return Segmentation.of_nothing(
-                frame, "no support plane is in view", self.settings.max_range
+                frame, self.survey.doubt or "no support plane is in view", self.settings.max_range
             )
         in_range = points.depth <= self.settings.max_range
         border = border_mask(frame.camera, points.stride, self.settings.border_px)
@@ -78,7 +101,10 @@ class Teacher:
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
-        return measure_confidence(frame, segmentation, self.settings)
+        n_turns = segmentation.n_turns
+        upright = turn_segmentation(segmentation, n_turns)
+        confidence = measure_confidence(turn_frame(frame, n_turns), upright, self.settings)
+        return np.ascontiguousarray(np.rot90(confidence, -n_turns))
 
     def _walls(
         self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame

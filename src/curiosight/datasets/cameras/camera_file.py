@@ -16,13 +16,13 @@ import numpy.typing as npt
 
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.errors import DataError
-from curiosight.frame import Camera, Label
+from curiosight.frame import MOUNTS, Camera, Label, Mount
 
 FILE_NAME = "camera.json"
 SIZES = ("width", "height")
 NUMBERS = ("fx", "fy", "cx", "cy", "depth_scale")
 REQUIRED = SIZES + NUMBERS
-KEYS = (*REQUIRED, "labels", "depth_window")
+KEYS = (*REQUIRED, "labels", "depth_window", "mount")
 LABEL_KEYS = ("ignore", "support", "objects_from")
 REMEDY = f"give {', '.join(REQUIRED)} (depth_scale in metres per unit, 0.001 for millimetres)"
 # A unit of 10 cm is coarser than any depth camera: such a number is units per metre.
@@ -56,6 +56,7 @@ class CameraFile:
     depth_scale: metres per unit; None = not said. is_assumed: the camera is not said either.
     is_y_up: fy was negative: the y axis of the camera that the poses speak of points up. The
     camera here has its fy positive.
+    mount: how the camera is held; None = not said.
     """
 
     camera: Camera
@@ -63,6 +64,7 @@ class CameraFile:
     labels: LabelValues | None = None
     is_assumed: bool = False
     is_y_up: bool = False
+    mount: Mount | None = None
 
     def depth_form(self, usual: DepthForm) -> DepthForm:
         """Return how depth is to be read. usual: where the file does not say it."""
@@ -100,6 +102,7 @@ def read_camera_file(folder: Path, *, may_be_y_up: bool = False) -> CameraFile |
         float(content["depth_scale"]),
         _labels(path, content.get("labels")),
         is_y_up=content["fy"] < 0,
+        mount=_mount(path, content.get("mount")),
     )
 
 
@@ -152,6 +155,15 @@ def _depth_window(path: Path, window: Any) -> tuple[int, int, int, int] | None:
         _check_whole(path, "depth_window", edge, minimum=0)
     u_min, v_min, u_max, v_max = window
     return u_min, v_min, u_max, v_max
+
+
+def _mount(path: Path, mount: Any) -> Mount | None:
+    if mount is None:
+        return None
+    for known in MOUNTS:
+        if mount == known:
+            return known
+    raise _wrong(path, "mount", f"one of {', '.join(MOUNTS)}: where up points in the image", mount)
 
 
 def _labels(path: Path, labels: Any) -> LabelValues | None:

@@ -60,3 +60,4 @@ class Calibrated(Recording):
             remarks=[*remarks, *found],
             reasons=reasons,
         )
+        self.mount = calibration.mount

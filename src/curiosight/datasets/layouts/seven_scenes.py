@@ -56,6 +56,7 @@ class SevenScenes(Recording):
             depth_camera=depth_camera,
             labels=calibration.labels,
         )
+        self.mount = calibration.mount
 
 
 def _sequences(path: Path) -> dict[str, Path]:

@@ -69,6 +69,7 @@ class SunRgbd(Recording):
             depth_form=DepthForm(scale, rotated_bits=bits),
             remarks=_remarks(depth_files, bits),
         )
+        self.mount = own.mount if own else None
 
     def read_depth(self, path: Path) -> Depth:
         """Read depth as recorded, metres; what was set to 8 m is no reading."""

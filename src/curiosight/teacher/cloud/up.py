@@ -9,13 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.frame import Pose
 from curiosight.teacher.cloud.points import Points
 
 Array = npt.NDArray[Any]
 
 # A camera that looks 25° down sees "up" here; tilts of -20° to 70° are within 45° of it.
 CAMERA_UP_PRIOR = np.array([0.0, -np.cos(np.radians(25)), -np.sin(np.radians(25))])
+
+# Within 55° of one of them is every direction.
+AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def up_from_normals(
@@ -45,13 +47,27 @@ def ups_from_normals(
     for _ in range(max_candidates):
         if total == 0 or area.sum() < 0.02 * total:
             return
-        up = _densest(normals, area, prior)
-        for width in np.radians((12, 8, 5)):
-            total_normal = np.zeros(3)
-            _sum_facing(normals, area, up.astype(np.float32), np.cos(width), total_normal)
-            up = total_normal / np.linalg.norm(total_normal)
+        up = settled(normals, area, _densest(normals, area, prior), (12, 8, 5))
         yield up
         area = np.where(_cosines(normals, up) < np.cos(np.radians(15)), area, 0)
+
+
+def settled(normals: Array, votes: Array, up: Array, widths_deg: Iterable[float]) -> Array:
+    """Return the mean of the (n, 3) normals that are near it, for one width after the other."""
+    for width in np.radians([*widths_deg]):
+        total = np.zeros(3)
+        _sum_facing(normals, votes, up.astype(np.float32), np.cos(width), total)
+        length = float(np.linalg.norm(total))
+        up = total / length if length > 0 else up
+    return up
+
+
+def votes_on_up(points: Points, max_range: float) -> Array:
+    """(h, w) float32: how much each point's surface counts, 0 beyond a range in metres.
+
+    Its area, less the farther it is: the noise of a normal grows with the distance.
+    """
+    return np.where(points.depth < max_range, points.area, np.float32(0))
 
 
 def _cosines(normals: Array, direction: Array) -> Array:
@@ -77,7 +93,8 @@ def _sum_facing(
 
 def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> Array:
     """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
-    side = np.cross(prior, [1.0, 0.0, 0.0])
+    # The axis that is farther away: along the first there may be none.
+    side = np.cross(prior, [1.0, 0.0, 0.0] if abs(prior[0]) < 0.9 else [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side)
     other = np.cross(prior, side)
     votes = np.zeros((33, 33))
@@ -108,24 +125,27 @@ def _vote(normals: Array, area: Array, axes: Array, votes: Array) -> None:
             votes[row, column] += area[i]
 
 
-def world_up(observed: Iterable[tuple[Points, Pose]]) -> Array | None:
-    """Return the up direction (3,) in the world's frame that the surfaces of posed frames share.
+def directions_of(normals: Array, votes: Array, *, max_candidates: int = 8) -> Iterator[Array]:
+    """Yield the directions, of all there are, that most surface faces, the most faced first.
 
-    The mean of the cameras' own up axes is the prior; in it, tables and floors of all frames
-    add up, whereas what is slanted differs from frame to frame. None without any frame.
+    normals: (n, 3) unit vectors, NaN = unknown; votes: (n,) their weights. Directions are 15°
+    apart at least.
     """
-    normals, areas, ups = [], [], []
-    for points, T_world_camera in observed:
-        keep = points.area > 0
-        rotation = T_world_camera[:3, :3]
-        normals.append(points.normals[keep] @ rotation.T)
-        areas.append(points.area[keep])
-        ups.append(rotation @ CAMERA_UP_PRIOR)
-    if not ups:
-        return None
-    mean = np.mean(ups, axis=0)
-    if np.linalg.norm(mean) < 0.3:
-        return None
-    return up_from_normals(
-        np.concatenate(normals), np.concatenate(areas), prior=mean / np.linalg.norm(mean)
-    )
+    normals, votes = np.asarray(normals, np.float32), np.asarray(votes, np.float32)
+    least = 0.02 * votes.sum()
+    for _ in range(max_candidates):
+        found = [
+            (_votes_near(normals, votes, up), up)
+            for axis in AXES
+            for up in [up_from_normals(normals, votes, prior=axis, max_angle=np.radians(60))]
+            if up is not None
+        ]
+        most, up = max(found, key=lambda pair: pair[0], default=(0.0, None))
+        if up is None or most <= least:
+            return
+        yield up
+        votes = np.where(_cosines(normals, up) < np.cos(np.radians(15)), votes, 0)
+
+
+def _votes_near(normals: Array, votes: Array, up: Array) -> float:
+    return float(votes[_cosines(normals, up) > np.cos(np.radians(8))].sum())

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Pose
+from curiosight.frame import MOUNTS, Frame, Pose
 from curiosight.teacher.cloud.planes import Plane, noise_band
-from curiosight.teacher.cloud.points import Points, observe_points
-from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, world_up
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
+from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
 from curiosight.teacher.supports.table_map import MARGIN, Table, level_surface, map_tables
+from curiosight.teacher.turning import rotation_of, turn_frame, turns_upright
 from curiosight.teacher.walls.wall_map import join_walls, moved
 from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
+UPS = ("auto", *MOUNTS)
 
 
 def survey_recording(
@@ -29,34 +34,51 @@ def survey_recording(
     settings: SegmentationSettings | None = None,
     *,
     scene: str = "auto",
+    up: Held = "auto",
 ) -> Survey:
     """Look at some frames of a recording and find what they share.
 
     scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
         beyond it. With poses the floor's height is found too, so that it stays known where
         tables hide it.
+    up: to which side of the image up points; "towards" the camera where it looks straight
+        down, "away" from it where it looks straight up; "auto" = find out.
     """
     if scene not in SCENES:
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
+    if up not in UPS:
+        raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings = settings or SegmentationSettings()
-    observed = [(_observe(frame), frame.T_world_camera) for frame in frames if _can_teach(frame)]
+    kept = without_outliers([shrunk(one, 640, least=1) for one in frames if _can_teach(one)])
+    gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
+    observed = [_observe(frame, gravity) for frame in kept]
     posed = [(points, pose) for points, pose in observed if pose is not None]
-    up = world_up(posed) if len(posed) >= 3 else None
-    noise = _noise_on_planes(observed, up, settings)
+    noise = _noise_on_planes(observed, gravity, settings)
     settings = settings.for_sensor(noise)
     floor = None
-    if up is not None:
-        up, heights, areas = _world_supports(posed, up, settings)
+    up_world = gravity.up_world
+    if up_world is not None:
+        up_world, heights, areas = _world_supports(posed, up_world, settings)
         floor = _lowest_peak(heights, areas)
         if scene == "auto" and floor is not None and heights.max() - floor > 0.3:
             scene = "floor"
+    gravity = replace(gravity, up_world=up_world)
     if scene == "auto":
-        scene = _scene_of(observed, up, settings)
-    if scene == "table" or up is None or floor is None:
-        return Survey("table" if scene == "table" else "floor", up, noise=noise)
-    tables = _tables(posed, up, floor, settings)
-    walls = _walls(posed, up, floor, tables, settings)
-    return Survey("floor", up, floor, tables, walls, noise)
+        scene = _scene_of(observed, gravity, settings)
+    known = Survey(
+        "table" if scene == "table" else "floor",
+        up_world,
+        noise=noise,
+        up_camera=gravity.up_camera,
+        doubt=gravity.doubt,
+    )
+    if scene == "table" or up_world is None or floor is None:
+        return known
+    places = positions_of(kept)
+    surveyed = np.stack([places.min(axis=0), places.max(axis=0)])
+    tables = _tables(posed, up_world, floor, settings)
+    walls = _walls(posed, up_world, floor, tables, settings)
+    return replace(known, floor_height=floor, tables=tables, walls=walls, surveyed=surveyed)
 
 
 def _can_teach(frame: Frame) -> bool:
@@ -64,11 +86,13 @@ def _can_teach(frame: Frame) -> bool:
     return has_depth and frame.problem is None
 
 
-def _observe(frame: Frame) -> Points:
-    assert frame.depth is not None
-    assert frame.camera is not None
-    # Large images are looked at on the grid of one with 640 columns.
-    return observe_points(frame.depth, frame.camera, stride=max(2, frame.camera.width // 320))
+def _observe(frame: Frame, gravity: Gravity) -> tuple[Points, Pose | None]:
+    """Return the points of a frame that is turned upright, and its pose then."""
+    up, pose = gravity.up_camera, frame.T_world_camera
+    if pose is not None and gravity.up_world is not None:
+        up = pose[:3, :3].T @ gravity.up_world
+    upright = frame if up is None else turn_frame(frame, turns_upright(up))
+    return observe(shrunk(upright)), upright.T_world_camera
 
 
 def _world_supports(
@@ -80,6 +104,8 @@ def _world_supports(
     """
     heights: list[float] = []
     areas: list[float] = []
+    # So often that it does not matter where it began.
+    up = settled(*surfaces_of(posed, settings.max_range), up, 8 * [5])
     for _ in range(3):
         heights, areas, normals = [], [], []
         for points, T_world_camera in posed:
@@ -96,6 +122,15 @@ def _world_supports(
 
 
 def _tables(
+    posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
+) -> tuple[Table, ...]:
+    """Return the tables of every place where the camera was."""
+    parts = neighbourhoods(np.array([pose[:3, 3] for _, pose in posed]))
+    places = [[posed[row] for row in rows] for rows in parts]
+    return tuple(table for near in places for table in _tables_at(near, up, floor, settings))
+
+
+def _tables_at(
     posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
 ) -> tuple[Table, ...]:
     level: list[Array] = []
@@ -159,13 +194,13 @@ def _lowest_peak(heights: Array, areas: Array, *, step: float = 0.05) -> float |
 
 def _scene_of(
     observed: list[tuple[Points, Pose | None]],
-    up_world: Array | None,
+    gravity: Gravity,
     settings: SegmentationSettings,
 ) -> Scene:
     """Return what the lowest support is in most frames."""
     votes = []
     for points, pose in observed:
-        planes = _planes_in(points, pose, up_world, settings)
+        planes = _planes_in(points, pose, gravity, settings)
         if planes:
             votes.append(_looks_like_table(points, max(planes, key=lambda plane: plane.offset)))
     return "table" if votes and np.mean(votes) > 0.5 else "floor"
@@ -173,7 +208,7 @@ def _scene_of(
 
 def _noise_on_planes(
     observed: list[tuple[Points, Pose | None]],
-    up_world: Array | None,
+    gravity: Gravity,
     settings: SegmentationSettings,
     *,
     n_deviations: float = 4.0,
@@ -184,22 +219,25 @@ def _noise_on_planes(
     """
     deviations = []
     for points, pose in observed:
-        for plane in _planes_in(points, pose, up_world, settings):
+        for plane in _planes_in(points, pose, gravity, settings):
             xyz = points.xyz[plane.inliers]
             deviations.append(1.4826 * np.median(np.abs(plane.distance(xyz)) / xyz[:, 2] ** 2))
     return n_deviations * float(np.median(deviations)) if deviations else None
 
 
 def _planes_in(
-    points: Points, pose: Pose | None, up_world: Array | None, settings: SegmentationSettings
+    points: Points, pose: Pose | None, gravity: Gravity, settings: SegmentationSettings
 ) -> list[Plane]:
     """Return the horizontal planes of a frame, with or without a pose that tells what that is."""
     up: Array | None
-    if pose is not None and up_world is not None:
-        up = pose[:3, :3].T @ up_world
+    if pose is not None and gravity.up_world is not None:
+        up = pose[:3, :3].T @ gravity.up_world
     else:
-        keep = points.area > 0
-        up = up_from_normals(points.normals[keep], points.area[keep], prior=CAMERA_UP_PRIOR)
+        prior = CAMERA_UP_PRIOR
+        if gravity.up_camera is not None:
+            prior = rotation_of(turns_upright(gravity.up_camera)) @ gravity.up_camera
+        votes = votes_on_up(points, settings.max_range)
+        up = up_from_normals(points.normals[votes > 0], votes[votes > 0], prior=prior)
     return find_planes(points, up, settings) if up is not None else []
 
 

@@ -9,7 +9,12 @@ import numpy.typing as npt
 
 from curiosight.frame import Pose
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.up import up_from_normals, ups_from_normals
+from curiosight.teacher.cloud.up import (
+    CAMERA_UP_PRIOR,
+    up_from_normals,
+    ups_from_normals,
+    votes_on_up,
+)
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import (
     KnownTable,
@@ -34,17 +39,19 @@ def find_footing(
     settings: SegmentationSettings,
     *,
     up: Array | None = None,
+    prior: Array = CAMERA_UP_PRIOR,
 ) -> list[Support]:
     """Return the supports in view, lowest first; empty when there is none.
 
     pose: (4, 4) `T_world_camera`. up: (3,) unit vector in the camera's frame, about, for want of
         a pose; None = from this frame alone.
+    prior: (3,) within 45° of which up is then.
     """
     if pose is not None and survey.up_world is not None:
         return _surveyed_supports(points, pose, survey, survey.up_world, settings)
-    surface = points.normals.reshape(-1, 3), points.area.ravel()
+    surface = points.normals.reshape(-1, 3), votes_on_up(points, settings.max_range).ravel()
     if up is None:
-        return _largest_supports(points, surface, survey.scene, settings)
+        return _largest_supports(points, surface, survey.scene, settings, prior)
     turned = up_from_normals(*surface, prior=up, max_angle=MAX_TURN)
     return [] if turned is None else choose_supports(points, turned, settings, scene=survey.scene)
 
@@ -74,7 +81,11 @@ def _surveyed_supports(
 
 
 def _largest_supports(
-    points: Points, surface: tuple[Array, Array], scene: Scene, settings: SegmentationSettings
+    points: Points,
+    surface: tuple[Array, Array],
+    scene: Scene,
+    settings: SegmentationSettings,
+    prior: Array,
 ) -> list[Support]:
     """Return the supports that face where most of the surface does.
 
@@ -82,7 +93,7 @@ def _largest_supports(
     surface: (n, 3) normals and (n,) area.
     """
     first: list[Support] = []
-    for up in ups_from_normals(*surface):
+    for up in ups_from_normals(*surface, prior=prior):
         supports = choose_supports(points, up, settings, scene=scene)
         if supports and share_below(points, supports[0].plane) < MAX_SHARE_BELOW:
             return supports

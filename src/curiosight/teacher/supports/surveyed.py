@@ -13,6 +13,8 @@ from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
 
 Array = npt.NDArray[Any]
+# So far from where cameras were, metres, the floor is as high as there.
+MAX_AWAY = 50.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +28,11 @@ class Survey:
     walls: and other large upright planes, in the world's frame.
     noise: of the sensor's inverse depth, 1/m, for `SegmentationSettings.for_sensor`; None = no
         plane tells it.
+    up_camera: (3,) unit vector in the camera's frame within 45° of which up is, where no pose
+        tells it; None = as a camera that is held upright sees it.
+    surveyed: (2, 3) metres, lowest and highest place of the cameras along the world's axes; None =
+        everywhere.
+    doubt: why it is not known which way is up, in words; None = it is.
     """
 
     scene: Scene = "floor"
@@ -34,9 +41,21 @@ class Survey:
     tables: tuple[Table, ...] = ()
     walls: tuple[Wall, ...] = ()
     noise: float | None = None
+    up_camera: Array | None = None
+    doubt: str | None = None
+    surveyed: Array | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
-        """Return the camera's height over the floor in metres; None where it is not known."""
+        """Return the camera's height over the floor in metres; None where it is not known.
+
+        Far from all that was surveyed it is not known either: such a pose is lost, or its
+        floor another.
+        """
         if T_world_camera is None or self.up_world is None or self.floor_height is None:
             return None
-        return float(self.up_world @ T_world_camera[:3, 3]) - self.floor_height
+        position = T_world_camera[:3, 3]
+        if self.surveyed is not None:
+            low, high = self.surveyed
+            if (position < low - MAX_AWAY).any() or (position > high + MAX_AWAY).any():
+                return None
+        return float(self.up_world @ position) - self.floor_height

@@ -22,6 +22,8 @@ Array = npt.NDArray[Any]
 APART = 1000.0
 # What covers fewer pixels than this is noise, not a part of a thing.
 MIN_PART_PX = 60
+# Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
+MAX_ASIDE = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,10 +83,21 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     max_size = np.array([s.settings.max_size for s in supports]).take(support)
     is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < max_size
     thing = join_stacked(boxes, is_part, support)
-    stands = np.bincount(thing, ~hovers) > 0
+    stands = np.bincount(thing, ~hovers | _are_below_camera(boxes, support, around)) > 0
     carrier_of_thing = np.empty(len(stands), np.int8)
     carrier_of_thing[thing] = support
     return measure_things(parts.joined(thing), carrier_of_thing, stands, around)
+
+
+def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Array:
+    """(n,) bool: seen so steeply that their sides, and whether they stand, cannot be seen.
+
+    boxes: (n, 3, 2) where they begin and end along two level axes and over their support.
+    """
+    camera_height = np.array([s.plane.offset for s in around.supports]).take(support)
+    aside = np.linalg.norm(boxes[:, :2].mean(axis=2), axis=1)
+    is_below: Array = aside < MAX_ASIDE * (camera_height - boxes[:, 2, 1])
+    return is_below
 
 
 def _cluster(carrier: Array, around: Surroundings) -> Groups:

@@ -80,7 +80,9 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
     if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
         return Verdict.WALL_PART
-    if thing.top < 2 * (limits.slab + settings.noise * thing.distance**2):
+    # What lies on a floor and hardly rises is a rug or a sill; on a table it is a thing.
+    least = 1.1 if support.is_table else 2.0
+    if thing.top < least * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
