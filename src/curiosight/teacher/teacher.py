@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher.background import border_mask, on_supports, on_walls
+from curiosight.teacher.cloud.outline import cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points, spread
 from curiosight.teacher.cloud.wall import Wall
@@ -64,7 +65,10 @@ class Teacher:
                 frame, "no support plane is in view", self.settings.max_range
             )
         in_range = points.depth <= self.settings.max_range
-        border = border_mask(frame.camera, points.stride, self.settings.border_px)
+        outline = self.survey.outline
+        border = border_mask(frame.camera, points.stride, self.settings.border_px) | cut_by(
+            find_outline([points]) if outline is None else outline, points
+        )
         is_support = in_range & on_supports(points, supports, self.settings.noise)
         walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
         around = Surroundings(points, supports, walls, border, self.settings)

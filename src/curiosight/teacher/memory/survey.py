@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
+from curiosight.teacher.cloud.outline import find_outline
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, up_from_normals, world_up
@@ -44,6 +45,7 @@ def survey_recording(
     up = world_up(posed) if len(posed) >= 3 else None
     noise = _noise_on_planes(observed, up, settings)
     settings = settings.for_sensor(noise)
+    outline = find_outline(points for points, _ in observed) if observed else None
     floor = None
     if up is not None:
         up, heights, areas = _world_supports(posed, up, settings)
@@ -53,10 +55,10 @@ def survey_recording(
     if scene == "auto":
         scene = _scene_of(observed, up, settings)
     if scene == "table" or up is None or floor is None:
-        return Survey("table" if scene == "table" else "floor", up, noise=noise)
+        return Survey("table" if scene == "table" else "floor", up, noise=noise, outline=outline)
     tables = _tables(posed, up, floor, settings)
     walls = _walls(posed, up, floor, tables, settings)
-    return Survey("floor", up, floor, tables, walls, noise)
+    return Survey("floor", up, floor, tables, walls, noise, outline)
 
 
 def _can_teach(frame: Frame) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.teacher.cloud.outline import Side
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
@@ -26,6 +27,8 @@ class Survey:
     walls: and other large upright planes, in the world's frame.
     noise: of the sensor's inverse depth, 1/m, for `SegmentationSettings.for_sensor`; None = no
         plane tells it.
+    outline: sides of the depth sensor's view in the image, see `find_outline`; None = to be
+        found in each frame by itself.
     """
 
     scene: Scene = "floor"
@@ -34,6 +37,7 @@ class Survey:
     tables: tuple[Table, ...] = ()
     walls: tuple[Wall, ...] = ()
     noise: float | None = None
+    outline: tuple[Side, ...] | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known."""
