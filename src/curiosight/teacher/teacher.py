@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label
+from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher.background import border_mask, on_supports, on_walls
 from curiosight.teacher.cloud.outline import cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask, noise_band
@@ -65,10 +65,7 @@ class Teacher:
                 frame, "no support plane is in view", self.settings.max_range
             )
         in_range = points.depth <= self.settings.max_range
-        outline = self.survey.outline
-        border = border_mask(frame.camera, points.stride, self.settings.border_px) | cut_by(
-            find_outline([points]) if outline is None else outline, points
-        )
+        border = self._border(points, frame.camera)
         is_support = in_range & on_supports(points, supports, self.settings.noise)
         walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
         around = Surroundings(points, supports, walls, border, self.settings)
@@ -83,6 +80,14 @@ class Teacher:
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
         return measure_confidence(frame, segmentation, self.settings)
+
+    def _border(self, points: Points, camera: Camera) -> Mask:
+        """(h, w) bool: where the image ends, or the view of its depth sensor."""
+        border = border_mask(camera, points.stride, self.settings.border_px)
+        if camera.depth_window is not None:
+            return border
+        outline = self.survey.outline
+        return border | cut_by(find_outline([points]) if outline is None else outline, points)
 
     def _walls(
         self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame

@@ -35,7 +35,7 @@ SIMPLER = 0.05
 # First readings within this many normalised pixels agree; registration frays an outline.
 TOLERANCE = 0.012
 # What comes so close to a side is cut by it, in normalised pixels.
-WIDTH = 0.0076
+WIDTH = 0.015
 
 
 @dataclass(frozen=True, slots=True)
