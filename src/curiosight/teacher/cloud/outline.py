@@ -53,11 +53,12 @@ class Side:
     shift: float
 
 
-def find_outline(frames: Iterable[Points], *, min_agree: float = 0.4) -> tuple[Side, ...]:
+def find_outline(frames: Iterable[Points], *, min_agree: float = 0.7) -> tuple[Side, ...]:
     """Return the sides of the view that the frames of one camera share.
 
-    A side is where the first readings of enough rows, or columns, lie on one line, and hardly
-    any before it. Holes have ragged or slanted outlines, and objects cover few rows.
+    A side is where the first readings of most rows, or columns, lie on one line, and hardly any
+    before it: holes have ragged or slanted outlines, and few objects are so wide. Where the line
+    is one only when shifted with the distance, a smaller share tells as much.
 
     min_agree: share of the rows or columns with a reading.
     """
@@ -136,6 +137,7 @@ def _fit(first: Array, axis: int, sign: int, min_agree: float) -> Side | None:
     agree = np.mean(inward < offset[:, None] + TOLERANCE, axis=1)
     # A line that is not the simplest must be better than that by more than chance.
     best = int(np.argmax(agree - SIMPLER * (np.arange(len(agree)) > 0)))
-    if agree[best] < min_agree:
+    is_shifted = shift[best, 0] > 0 and agree[best] > 3 * agree[0]
+    if agree[best] < (0.5 if is_shifted else 1) * min_agree:
         return None
     return Side(axis, sign, float(offset[best]), float(slope[best, 0]), float(shift[best, 0]))
