@@ -103,12 +103,3 @@ def test_openings_are_where_enough_rays_end_behind_the_plane() -> None:
     is_clear = np.abs(np.array(shares) - median) > 0.003
     assert np.count_nonzero(is_clear) >= 15
     np.testing.assert_array_equal(found[is_clear], (np.array(shares) > median)[is_clear])
-
-
-def test_walls_of_a_narrow_corridor_are_all_found() -> None:
-    # At a glance along a wall its normals waver, so that a peak may fit none of its points.
-    left = Box((-0.72, 1.5, 1.25), (0.1, 9.0, 2.5), (190, 190, 170), is_salient=False)
-    right = replace(left, centre=(0.60, 1.5, 1.25))
-    walls = walls_of(observe(left, right, WALL))
-    sides = {round(float(wall.normal[0])) for wall in walls}
-    assert {-1, 1} <= sides

@@ -126,7 +126,7 @@ def test_only_what_is_close_to_a_side_is_cut() -> None:
 
 
 def test_given_window_stands() -> None:
-    frame, view = see((CUBE, NEAR_WALL))
+    frame, _ = see((CUBE, NEAR_WALL))
     camera = replace(CAMERA, depth_window=(0, 0, 640, 480))
     given = replace(without(frame, outside(14, 20, 345, 470)), camera=camera)
     assert verdicts(Teacher().segment(given)) == [Verdict.OBJECT]

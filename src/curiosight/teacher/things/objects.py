@@ -70,9 +70,8 @@ def _judged(
     """Return things with their verdicts; what is parted into objects stands last."""
     judged = [(thing, judge(thing, around)) for thing in things]
     tied = [thing for thing, verdict in judged if verdict in TIED]
-    for thing in set_apart(tied, bodies, around) if tied else ():
-        if judge(thing, around) is Verdict.OBJECT:
-            judged.append((thing, Verdict.OBJECT))
+    free = set_apart(tied, bodies, around) if tied else []
+    judged += [(thing, Verdict.OBJECT) for thing in free if judge(thing, around) is Verdict.OBJECT]
     parted = [
         verdict is Verdict.OBJECT and around.supports[thing.support].settings.part_touching
         for thing, verdict in judged

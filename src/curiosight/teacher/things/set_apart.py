@@ -30,65 +30,64 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     Readings that stray between a thing and what is behind it tie the two together in space; in
     the image a step in depth parts them.
     """
-    shape = around.points.depth.shape
-    whose = np.zeros(shape, np.int32)
+    depth, noise = around.points.depth, around.settings.noise
+    whose = np.zeros(depth.shape, np.int32)
     for number, thing in enumerate(things, start=1):
         whose.ravel()[thing.members] = number
     body = np.where(whose > 0, bodies.number, 0)
+    _join_edges(whose, body, depth, noise)
     counts = np.zeros((bodies.n, 2), np.int64)
-    _count_meetings(whose, body, around.points.depth, around.settings.noise, counts)
-    before, others = counts.T
-    is_before = (before > 0) & (before >= MIN_BEFORE * (before + others))
-    is_before[0] = False
-    where = np.flatnonzero(is_before.take(body) & (whose > 0))
-    if len(where) == 0:
-        return []
-    _, number = np.unique(body.take(where), return_inverse=True)
+    _count_meetings(whose, body, depth, noise, counts)
+    is_before = counts[:, 0] > MIN_BEFORE * counts.sum(axis=1)
+    where = np.flatnonzero(is_before.take(body) & (body > 0))
     least = around.settings.min_cluster_px / around.points.stride**2
-    groups = Groups.of(where, number, min_points=max(1, int(least)))
+    groups = Groups.of(where, body.take(where), min_points=max(1, int(least)))
     if len(groups) == 0:
         return []
-    of_thing = np.array([0, *(thing.support for thing in things)])
-    support = of_thing.take(whose.take(groups.members[groups.start[:-1]]))
+    support_of = np.array([0, *(thing.support for thing in things)])
+    support = support_of.take(whose.take(groups.members[groups.start[:-1]]))
     stands = are_standing(groups, support, around)
     return [thing for thing in measure_things(groups, support, stands, around) if thing.stands]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count_meetings(whose: Array, body: Array, depth: Array, noise: float, counts: Array) -> None:
-    """Add to (n_bodies, 2) counts where a body meets other points of its thing behind it, or not.
+def _join_edges(whose: Array, body: Array, depth: Array, noise: float) -> None:
+    """Make points at a step a part of the body beside them that they follow without one.
 
-    Points at a step that follow a body without one are made a part of it first: (h, w) `body`.
+    Changes (h, w) `body`, 0 = none. whose: (h, w), the thing of each point, 0 = none.
     """
     height, width = body.shape
     for v in range(height):
         for u in range(width):
             if whose[v, u] == 0 or body[v, u] != 0:
                 continue
+            z = depth[v, u]
             for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-                row, column = v + dv, u + du
-                if row < 0 or column < 0 or row >= height or column >= width:
-                    continue
-                z = depth[v, u]
+                row = min(max(v + dv, 0), height - 1)
+                column = min(max(u + du, 0), width - 1)
                 is_same = whose[row, column] == whose[v, u] and body[row, column] > 0
                 if is_same and abs(depth[row, column] - z) < 0.02 + 2 * noise * z * z:
                     body[v, u] = body[row, column]
                     break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_meetings(whose: Array, body: Array, depth: Array, noise: float, counts: Array) -> None:
+    """Add to (n_bodies, 2) counts where the rest of its thing is behind a body, and where not.
+
+    whose, body: (h, w), see `_join_edges`.
+    """
+    height, width = body.shape
     for v in range(height):
         for u in range(width):
             number = body[v, u]
-            if number == 0:
-                continue
             for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-                row, column = v + dv, u + du
-                if row < 0 or column < 0 or row >= height or column >= width:
-                    continue
-                if body[row, column] == number or whose[row, column] == 0:
-                    continue
                 row, column = v + REACH * dv, u + REACH * du
-                if row < 0 or column < 0 or row >= height or column >= width:
+                if number == 0 or min(row, column) < 0 or row >= height or column >= width:
                     continue
-                if body[row, column] != number and whose[row, column] == whose[v, u]:
+                is_outline = body[v + dv, u + du] != number and whose[v + dv, u + du] > 0
+                is_rest = body[row, column] != number and whose[row, column] == whose[v, u]
+                if is_outline and is_rest:
                     z = depth[v, u]
-                    step = depth[row, column] - z
-                    counts[number, 0 if step > 0.05 + 3 * noise * z * z else 1] += 1
+                    is_behind = depth[row, column] - z > 0.05 + 3 * noise * z * z
+                    counts[number, 0 if is_behind else 1] += 1
