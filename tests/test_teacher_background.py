@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from curiosight.frame import Pose
 from curiosight.teacher import SegmentationSettings
 from curiosight.teacher.background import on_supports
-from curiosight.teacher.cloud.planes import Plane, facing
+from curiosight.teacher.cloud.planes import Plane, Surface, facing, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.settings import FLOOR, TABLE
@@ -21,7 +22,7 @@ from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodie
 from curiosight.teacher.things.objects import _take_over
 from curiosight.teacher.things.things import Surroundings
 from curiosight.teacher.things.verdicts import _walls_at
-from curiosight.teacher.walls.headings import _sum_around, _vote
+from curiosight.teacher.walls.headings import Headings, _sum_around, _vote
 from curiosight.teacher.walls.wall_map import _are_in_view, recognise
 from room import look
 from scenes import CAMERA, kinect_noise, see
@@ -204,3 +205,19 @@ def test_votes_are_summed_over_the_sectors_beside_and_the_row_before() -> None:
     sums = np.empty((12, 6))
     _sum_around(votes, sums)
     np.testing.assert_allclose(sums, pairs + np.roll(pairs, 1, axis=0) + np.roll(pairs, -1, axis=0))
+
+
+def test_peak_that_fits_no_wall_gives_way_to_the_next(points: Points) -> None:
+    where = np.flatnonzero(facing(points, UP, -0.3, 0.3, points.depth < 4))
+    surface = Surface.gather(points, noise_band(points.depth, 0.008, NOISE), where)
+    headings = Headings(surface, points.normals_at(where), UP)
+    heights, area = [], surface.area.astype(np.float64)
+    while len(area) and len(heights) < 5:
+        _, _, height = headings.peak(area)
+        voters = headings.voters()
+        assert area[voters].sum() == pytest.approx(height)
+        heights.append(height)
+        headings.keep(np.flatnonzero(~voters))
+        area = area[~voters]
+    assert len(heights) == 5
+    assert all(first >= then > 0 for first, then in itertools.pairwise(heights))

@@ -19,7 +19,7 @@ from curiosight.teacher import (
     Verdict,
 )
 from curiosight.teacher.background import border_mask
-from curiosight.teacher.segmented import DOUBTED
+from curiosight.teacher.segmented import CODE_OF, DOUBTED
 from curiosight.teacher.supports.table_map import CELL, Table
 from room import ROOM, Box, look, render
 from scenes import CAMERA, ON_FLOOR, ON_TABLE, TABLE_TOP, WALL, as_frame, kinect_noise, see
@@ -94,17 +94,32 @@ def test_clusters_are_measured() -> None:
     assert cluster.n_pixels == pytest.approx(len(rows), rel=0.03)
 
 
-def test_reasons_tell_why_pixels_are_unknown() -> None:
+def test_reasons_tell_what_was_found_and_why_pixels_are_unknown() -> None:
     found = segment(CUBE, replace(CUBE, centre=(-1.2, 0.0, 0.10)))
     reasons = found.reasons()
     names = {REASONS[code] for code in np.unique(reasons)}
-    assert {"known", "no reading, or beyond the range", Verdict.CUT.value} <= names
+    assert {"floor", "object", "no reading, or beyond the range", Verdict.CUT.value} <= names
     is_known = np.isin(found.labels, [Label.SALIENT, Label.NOT_SALIENT])
-    assert np.array_equal(reasons == 0, is_known)
+    assert np.array_equal(np.isin(reasons, [CODE_OF["floor"], CODE_OF["object"]]), is_known)
     for number, cluster in enumerate(found.clusters, start=1):
         in_cluster = (found.cluster_of_pixel == number) & ~is_known
         told = {REASONS[code] for code in np.unique(reasons[in_cluster])}
         assert told <= {cluster.verdict.value, DOUBTED}
+
+
+def test_reasons_tell_table_wall_and_what_is_under_a_table() -> None:
+    below = Box((0.0, 0.2, 0.15), (0.30, 0.30, 0.30), GREY)
+    wall = replace(WALL, centre=(0.0, 1.6, 1.25))
+    frame, view = see((TABLE_TOP, below, wall, ON_TABLE), height=1.3)
+    reasons = Teacher().segment(frame).reasons()
+    for surface, reason in enumerate(("floor", "table", "under a table", "wall", "object")):
+        is_there = (view.surface == surface) & (frame.depth < 3.5)
+        assert np.mean(reasons[is_there] == CODE_OF[reason]) > 0.7, reason
+
+
+def test_frame_that_tells_nothing_says_so() -> None:
+    nothing = Segmentation.of_labels(np.full((2, 3), Label.UNKNOWN, np.uint8), "no support")
+    assert (nothing.reasons() == CODE_OF["the frame tells nothing"]).all()
 
 
 def test_instances_number_the_objects_alone() -> None:

@@ -29,8 +29,8 @@ def segment(
         bool,
         typer.Option(
             "--reasons",
-            help="Also write reasons/<id>.png: why pixels are unknown; reasons.json says which "
-            "grey means what.",
+            help="Also write reasons/<id>.png: what was found (floor, table, wall), and why "
+            "pixels are unknown; reasons.json says which grey means what.",
             rich_help_panel=options.OUTPUT,
         ),
     ] = False,

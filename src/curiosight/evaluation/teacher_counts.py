@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Label
 from curiosight.teacher import REASONS, Segmentation
-from curiosight.teacher.segmented import ALONE
+from curiosight.teacher.segmented import TOLD_NOTHING
 
 Labels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
@@ -139,7 +139,7 @@ def missed_by_reason(segmentation: Segmentation, missed: Mask) -> Counter[str]:
     reasons = Counter(dict(zip(REASONS.values(), n_for_reason.tolist(), strict=True)))
     reasons[NOT_SALIENT] = int(np.count_nonzero(labels == Label.NOT_SALIENT))
     if segmentation.problem is not None:
-        reasons[segmentation.problem] = reasons.pop(ALONE)
+        reasons[segmentation.problem] = reasons.pop(TOLD_NOTHING)
     return +reasons  # without the zeros
 
 

@@ -22,8 +22,9 @@ class Segmenting:
     """Segment every `every`-th frame of a recording, frame by frame.
 
     temporal: with poses, let earlier views correct each frame, see `TemporalTeacher`.
-    reasons: write why pixels are unknown, too. confidence: write how sure each label is, too;
-        raises `ValueError` for a teacher that cannot tell.
+    reasons: write what was found and why pixels are unknown, too.
+    confidence: write how sure each label is, too; raises `ValueError` for a teacher that cannot
+        tell.
     """
 
     def __init__(

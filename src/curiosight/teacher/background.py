@@ -73,6 +73,15 @@ def _mark_on(
                     found[v, u] |= abs(facing) >= MIN_FACING
 
 
+def under_tables(points: Points, supports: Iterable[Support]) -> Mask:
+    """(h, w) bool: straight below the top of a table, or in it."""
+    found = np.zeros(points.depth.shape, np.bool_)
+    for support in supports:
+        if support.extent is not None:
+            found |= support.extent & (support.heights < support.settings.slab)
+    return found
+
+
 def on_walls(points: Points, walls: Iterable[Wall], free: Mask, noise: float) -> Mask:
     """(h, w) bool: free, within the band of a wall that this frame shows, and not facing away."""
     found = np.zeros(points.depth.shape, np.bool_)

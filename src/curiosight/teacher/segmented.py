@@ -15,9 +15,14 @@ from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 UNSEEN, ALONE = "no reading, or beyond the range", "in no cluster"
 DOUBTED = "in an object: enclosed by it, or denied by other views"
+UNDER_TABLE, TOLD_NOTHING = "under a table", "the frame tells nothing"
+FLOOR, TABLE, FURNITURE, WALL = "floor", "table", "seat, bed or shelf", "wall"
+SALIENT = "object"
 # Codes of `Segmentation.reasons`.
 _REJECTED = [verdict.value for verdict in Verdict if verdict is not Verdict.OBJECT]
-REASONS = dict(enumerate(["known", UNSEEN, ALONE, DOUBTED, *_REJECTED]))
+_FOUND = [FLOOR, TABLE, FURNITURE, WALL, SALIENT, UNDER_TABLE, TOLD_NOTHING]
+REASONS = dict(enumerate(["known", UNSEEN, ALONE, DOUBTED, *_REJECTED, *_FOUND]))
+CODE_OF = {reason: code for code, reason in REASONS.items()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +35,8 @@ class Segmentation:
     problem: why nothing could be said; None = nothing is wrong.
     n_turns: quarter turns, against the clock, after which the image is upright: supports, walls
         and clusters were found in it then.
+    found: (H, W) uint8, codes of `REASONS`: floor, table, furniture, wall, under a table; 0 = none
+        of them. None = not told.
     """
 
     labels: npt.NDArray[np.uint8]
@@ -39,6 +46,7 @@ class Segmentation:
     walls: tuple[Wall, ...] = ()
     problem: str | None = None
     n_turns: int = 0
+    found: npt.NDArray[np.uint8] | None = None
 
     @classmethod
     def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:
@@ -59,13 +67,24 @@ class Segmentation:
         return tuple(c for c in self.clusters if c.verdict is Verdict.OBJECT)
 
     def reasons(self) -> npt.NDArray[np.uint8]:
-        """(H, W) why each pixel is unknown or unavailable, codes of `REASONS`; 0 = neither."""
-        codes = {reason: code for code, reason in REASONS.items()}
-        codes[Verdict.OBJECT.value] = codes[DOUBTED]
-        of_cluster = [codes[ALONE], *(codes[c.verdict.value] for c in self.clusters)]
+        """(H, W) what each pixel is, or why it is unknown or unavailable, codes of `REASONS`.
+
+        0 = known, but not told from what.
+        """
+        alone = CODE_OF[ALONE if self.problem is None else TOLD_NOTHING]
+        verdicts = [c.verdict for c in self.clusters]
+        why = [DOUBTED if verdict is Verdict.OBJECT else verdict.value for verdict in verdicts]
+        of_cluster = [alone, *(CODE_OF[reason] for reason in why)]
         reasons = np.array(of_cluster, np.uint8)[self.cluster_of_pixel]
-        reasons[self.labels == Label.UNAVAILABLE] = codes[UNSEEN]
-        reasons[(self.labels == Label.SALIENT) | (self.labels == Label.NOT_SALIENT)] = 0
+        reasons[self.labels == Label.NOT_SALIENT] = 0
+        if self.found is not None:
+            # What memory corrected is no longer what this frame found.
+            is_known = self.labels == Label.NOT_SALIENT
+            is_under = self.found == CODE_OF[UNDER_TABLE]
+            is_told = (self.found > 0) & (is_under ^ is_known) & (self.cluster_of_pixel == 0)
+            reasons[is_told] = self.found[is_told]
+        reasons[self.labels == Label.UNAVAILABLE] = CODE_OF[UNSEEN]
+        reasons[self.labels == Label.SALIENT] = CODE_OF[SALIENT]
         return reasons
 
     def instances(self) -> npt.NDArray[np.uint16]:

@@ -8,14 +8,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label
-from curiosight.teacher.background import border_mask, on_supports, on_walls
+from curiosight.frame import Camera, Frame, Label
+from curiosight.teacher.background import border_mask, on_supports, on_walls, under_tables
+from curiosight.teacher.cloud.outline import cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points, spread
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.confidence import measure_confidence
-from curiosight.teacher.segmented import Segmentation
+from curiosight.teacher.segmented import (
+    CODE_OF,
+    FLOOR,
+    FURNITURE,
+    TABLE,
+    UNDER_TABLE,
+    WALL,
+    Segmentation,
+)
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footing import find_footing
 from curiosight.teacher.supports.supports import (
@@ -87,7 +96,7 @@ class Teacher:
                 frame, self.survey.doubt or "no support plane is in view", self.settings.max_range
             )
         in_range = points.depth <= self.settings.max_range
-        border = border_mask(frame.camera, points.stride, self.settings.border_px)
+        border = self._border(points, frame.camera)
         is_support = in_range & on_supports(points, supports, self.settings.noise)
         walls, is_wall = self._walls(points, supports, in_range & ~is_support, border, frame)
         around = Surroundings(points, supports, walls, border, self.settings)
@@ -95,9 +104,14 @@ class Teacher:
         hollows = _hollows(number, clusters, is_support, points)
         labels = _label_of(clusters).take(number)
         labels[(is_support & (hollows == 0)) | is_wall] = Label.NOT_SALIENT
+        found = self._found(points, supports, is_support, is_wall)
         number += hollows
-        labels, number = _at_full_size(labels, number, points, frame.depth, self.settings.max_range)
-        return Segmentation(labels, number, tuple(clusters), tuple(supports), tuple(walls))
+        labels, number, found = _at_full_size(
+            labels, number, found, points, frame.depth, self.settings.max_range
+        )
+        return Segmentation(
+            labels, number, tuple(clusters), tuple(supports), tuple(walls), found=found
+        )
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
@@ -105,6 +119,29 @@ class Teacher:
         upright = turn_segmentation(segmentation, n_turns)
         confidence = measure_confidence(turn_frame(frame, n_turns), upright, self.settings)
         return np.ascontiguousarray(np.rot90(confidence, -n_turns))
+
+    def _found(
+        self, points: Points, supports: list[Support], is_support: Mask, is_wall: Mask
+    ) -> Array:
+        """(h, w) uint8, what `Segmentation.found` says, on the grid."""
+        found = np.zeros(points.depth.shape, np.uint8)
+        tables = [support for support in supports if support.is_table]
+        found[under_tables(points, tables)] = CODE_OF[UNDER_TABLE]
+        found[is_support] = CODE_OF[FLOOR]
+        for carries, kind in ((True, TABLE), (False, FURNITURE)):
+            some = [table for table in tables if table.carries_objects is carries]
+            if some:
+                found[is_support & on_supports(points, some, self.settings.noise)] = CODE_OF[kind]
+        found[is_wall] = CODE_OF[WALL]
+        return found
+
+    def _border(self, points: Points, camera: Camera) -> Mask:
+        """(h, w) bool: where the image ends, or the view of its depth sensor."""
+        border = border_mask(camera, points.stride, self.settings.border_px)
+        if camera.depth_window is not None:
+            return border
+        outline = self.survey.outline
+        return border | cut_by(find_outline([points]) if outline is None else outline, points)
 
     def _walls(
         self, points: Points, supports: list[Support], free: Mask, border: Mask, frame: Frame
@@ -165,11 +202,11 @@ def _problem_of(frame: Frame) -> str | None:
 
 
 def _at_full_size(
-    labels: Array, number: Array, points: Points, depth: Array, max_range: float
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
-    """Return labels and numbers of clusters per pixel of the image; far ones are unavailable."""
+    labels: Array, number: Array, found: Array, points: Points, depth: Array, max_range: float
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
+    """Return labels, numbers of clusters and what was found per pixel; far ones are unavailable."""
     full = spread(
-        (number << 8) | labels,
+        (number << 16) | (found.astype(np.int32) << 8) | labels,
         points.depth,
         depth,
         points.stride,
@@ -177,5 +214,5 @@ def _at_full_size(
         beyond=Label.UNAVAILABLE,
     )
     full_number = np.empty(full.shape, np.uint16)
-    np.right_shift(full, 8, out=full_number, casting="unsafe")
-    return full.astype(np.uint8), full_number
+    np.right_shift(full, 16, out=full_number, casting="unsafe")
+    return full.astype(np.uint8), full_number, (full >> 8).astype(np.uint8)

@@ -91,6 +91,7 @@ def turn_segmentation(found: Segmentation, n_turns: int) -> Segmentation:
         found,
         labels=np.ascontiguousarray(np.rot90(found.labels, n_turns)),
         cluster_of_pixel=np.ascontiguousarray(np.rot90(found.cluster_of_pixel, n_turns)),
+        found=None if found.found is None else np.ascontiguousarray(np.rot90(found.found, n_turns)),
         clusters=tuple(_turn_cluster(one, size, n_turns % 4) for one in found.clusters),
         supports=tuple(_turn_support(one, n_turns) for one in found.supports),
         walls=tuple(_turn_wall(one, n_turns) for one in found.walls),

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import MOUNTS, Frame, Pose
+from curiosight.teacher.cloud.outline import Side, find_outline
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
@@ -55,6 +56,7 @@ def survey_recording(
     posed = [(points, pose) for points, pose in observed if pose is not None]
     noise = _noise_on_planes(observed, gravity, settings)
     settings = settings.for_sensor(noise)
+    outline = _shared_outline([points for points, _ in observed])
     floor = None
     up_world = gravity.up_world
     if up_world is not None:
@@ -71,6 +73,7 @@ def survey_recording(
         noise=noise,
         up_camera=gravity.up_camera,
         doubt=gravity.doubt,
+        outline=outline,
     )
     if scene == "table" or up_world is None or floor is None:
         return known
@@ -79,6 +82,15 @@ def survey_recording(
     tables = _tables(posed, up_world, floor, settings)
     walls = _walls(posed, up_world, floor, tables, settings)
     return replace(known, floor_height=floor, tables=tables, walls=walls, surveyed=surveyed)
+
+
+def _shared_outline(views: Sequence[Points]) -> tuple[Side, ...] | None:
+    """Return where the sensor's view ends in all frames; None where these are of several shapes.
+
+    Frames that are turned upright by different angles have it at different sides.
+    """
+    shapes = {points.depth.shape for points in views}
+    return find_outline(iter(views)) if len(shapes) == 1 else None
 
 
 def _can_teach(frame: Frame) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.teacher.cloud.outline import Side
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
@@ -33,6 +34,8 @@ class Survey:
     surveyed: (2, 3) metres, lowest and highest place of the cameras along the world's axes; None =
         everywhere.
     doubt: why it is not known which way is up, in words; None = it is.
+    outline: sides of the depth sensor's view in the image, see `find_outline`; None = to be
+        found in each frame by itself.
     """
 
     scene: Scene = "floor"
@@ -44,6 +47,7 @@ class Survey:
     up_camera: Array | None = None
     doubt: str | None = None
     surveyed: Array | None = None
+    outline: tuple[Side, ...] | None = None
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known.

@@ -13,11 +13,14 @@ from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.feet import join_feet
+from curiosight.teacher.things.set_apart import set_apart
 from curiosight.teacher.things.things import Surroundings, Thing, find_things
 from curiosight.teacher.things.touching import part_touching
 from curiosight.teacher.things.verdicts import Cluster, Verdict, judge
 
 Array = npt.NDArray[Any]
+# What is whole may stand before these, and seem a part of them.
+TIED = frozenset({Verdict.CUT})
 
 
 def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
@@ -29,7 +32,9 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
     each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
-    judged = _judged(find_things(divide(free, around), around), around)
+    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
+    things = find_things(divide(free, bodies, around), around)
+    judged = _judged(things, bodies, around)
     number = np.zeros(free.shape, np.int32)
     for thing_number, (thing, _) in enumerate(judged, start=1):
         number.ravel()[thing.members] = thing_number
@@ -50,9 +55,8 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     return number, [_cluster(*pair, n, window, around) for pair, n, window in measured]
 
 
-def divide(free: Mask, around: Surroundings) -> Array:
+def divide(free: Mask, bodies: Bodies, around: Surroundings) -> Array:
     """(h, w) int8: the place in `supports` of what each free point is over, -1 = of nothing."""
-    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
     carrier, free = np.full(free.shape, -1, np.int8), free.copy()
     for place, support in reversed(list(enumerate(around.supports))):
         if support.carries_objects:
@@ -60,9 +64,14 @@ def divide(free: Mask, around: Surroundings) -> Array:
     return carrier
 
 
-def _judged(things: list[Thing], around: Surroundings) -> list[tuple[Thing, Verdict]]:
+def _judged(
+    things: list[Thing], bodies: Bodies, around: Surroundings
+) -> list[tuple[Thing, Verdict]]:
     """Return things with their verdicts; what is parted into objects stands last."""
     judged = [(thing, judge(thing, around)) for thing in things]
+    tied = [thing for thing, verdict in judged if verdict in TIED]
+    free = set_apart(tied, bodies, around) if tied else []
+    judged += [(thing, Verdict.OBJECT) for thing in free if judge(thing, around) is Verdict.OBJECT]
     parted = [
         verdict is Verdict.OBJECT and around.supports[thing.support].settings.part_touching
         for thing, verdict in judged

@@ -74,9 +74,7 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
         return []
     support = carrier.take(parts.members[parts.start[:-1]])
     boxes = parts.ends(_places(parts, support, around), 0.02)
-    mean_depth = np.add.reduceat(points.depth.take(parts.members), parts.start[:-1]) / parts.sizes
-    slab = np.array([s.settings.slab for s in supports]).take(support)
-    hovers = boxes[:, 2, 0] > slab + 0.06 + 3 * around.settings.noise * mean_depth**2
+    hovers = boxes[:, 2, 0] > _reach_of_foot(parts, support, around)
     hovers &= parts.hidden_shares(points.depth) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & ~_is_cut(parts, around.border)
@@ -148,6 +146,22 @@ def measure_things(
         for members, place, box, size, *rest in measured
         if len(members) >= min_points
     ]
+
+
+def are_standing(groups: Groups, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) bool: reach down to their supports, the (n_groups,) places in `supports`."""
+    lowest = groups.ends(_places(groups, support, around)[:, 2:], 0.02)[:, 0, 0]
+    stands: Array = lowest <= _reach_of_foot(groups, support, around)
+    return stands
+
+
+def _reach_of_foot(groups: Groups, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) metres over a support up to which what begins there stands on it."""
+    depth = around.points.depth.take(groups.members)
+    mean_depth = np.add.reduceat(depth, groups.start[:-1]) / groups.sizes
+    slab = np.array([s.settings.slab for s in around.supports]).take(support)
+    reach: Array = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
+    return reach
 
 
 def _places(groups: Groups, support: Array, around: Surroundings) -> Array:

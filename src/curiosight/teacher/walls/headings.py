@@ -33,6 +33,7 @@ class Headings:
         self._n_rows = int(row.max()) + 1 if len(row) else 1
         # No vote falls into a row before the first of each sector.
         self._cell = sector * (1 + self._n_rows) + 1 + row
+        self._peak = 0, 0
 
     def keep(self, places: Array) -> None:
         """Forget the points that are not at the places."""
@@ -45,8 +46,16 @@ class Headings:
         _sum_around(votes, sums)
         sector, row = divmod(int(np.argmax(sums)), self._n_rows)
         angle = (sector + 0.5) * SECTOR - np.pi
+        self._peak = sector, row
         normal = np.sin(angle) * self._right + np.cos(angle) * self._forward
         return normal, -(self._low + row * ROW), float(sums[sector, row])
+
+    def voters(self) -> Array:
+        """(n,) bool: the points that made the last peak."""
+        sector, row = np.divmod(self._cell, 1 + self._n_rows)
+        beside = (sector - self._peak[0] + 1) % N_SECTORS < 3
+        of_peak: Array = beside & ((row == self._peak[1]) | (row == self._peak[1] + 1))
+        return of_peak
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -55,6 +55,9 @@ def find_walls(
         if peak_area < 0.3 * min_area or len(walls) == max_walls:
             break
         face, is_used = fit_face(points, rest, up, normal, offset, band=band)
+        if face is None:
+            # Else the same peak comes again, and hides all lower ones.
+            is_used |= headings.voters()
         left = np.flatnonzero(~is_used)
         rest = rest.at(left)
         headings.keep(left)
