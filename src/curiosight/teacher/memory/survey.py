@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import MOUNTS, Frame, Pose
-from curiosight.teacher.cloud.outline import Side, find_outline
+from curiosight.teacher.cloud.outline import find_outline
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
@@ -56,7 +56,8 @@ def survey_recording(
     posed = [(points, pose) for points, pose in observed if pose is not None]
     noise = _noise_on_planes(observed, gravity, settings)
     settings = settings.for_sensor(noise)
-    outline = _shared_outline([points for points, _ in observed])
+    is_one_way = len({_turns(frame, gravity) for frame in kept}) == 1
+    outline = find_outline(points for points, _ in observed) if is_one_way else None
     floor = None
     up_world = gravity.up_world
     if up_world is not None:
@@ -84,26 +85,22 @@ def survey_recording(
     return replace(known, floor_height=floor, tables=tables, walls=walls, surveyed=surveyed)
 
 
-def _shared_outline(views: Sequence[Points]) -> tuple[Side, ...] | None:
-    """Return where the sensor's view ends in all frames; None where these are of several shapes.
-
-    Frames that are turned upright by different angles have it at different sides.
-    """
-    shapes = {points.depth.shape for points in views}
-    return find_outline(iter(views)) if len(shapes) == 1 else None
-
-
 def _can_teach(frame: Frame) -> bool:
     has_depth = frame.depth is not None and bool(np.isfinite(frame.depth).any())
     return has_depth and frame.problem is None
 
 
-def _observe(frame: Frame, gravity: Gravity) -> tuple[Points, Pose | None]:
-    """Return the points of a frame that is turned upright, and its pose then."""
+def _turns(frame: Frame, gravity: Gravity) -> int:
+    """Return the quarter turns that put a frame upright."""
     up, pose = gravity.up_camera, frame.T_world_camera
     if pose is not None and gravity.up_world is not None:
         up = pose[:3, :3].T @ gravity.up_world
-    upright = frame if up is None else turn_frame(frame, turns_upright(up))
+    return 0 if up is None else turns_upright(up)
+
+
+def _observe(frame: Frame, gravity: Gravity) -> tuple[Points, Pose | None]:
+    """Return the points of a frame that is turned upright, and its pose then."""
+    upright = turn_frame(frame, _turns(frame, gravity))
     return observe(shrunk(upright)), upright.T_world_camera
 
 
