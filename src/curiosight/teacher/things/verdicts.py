@@ -80,11 +80,17 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
     if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
         return Verdict.WALL_PART
-    # What lies on a floor and hardly rises is a rug or a sill; on a table it is a thing.
-    least = 1.1 if support.is_table else 2.0
+    # From above, over a table, the whole of a thing is seen, and how little it rises is sure.
+    least = 1.1 if support.is_table and _is_from_above(xyz, support) else 2.0
     if thing.top < least * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
+
+
+def _is_from_above(xyz: Array, support: Support, *, min_cosine: float = 0.82) -> bool:
+    """Tell whether the camera looks down on (n, 3) points within 35° of straight down."""
+    middle = xyz.mean(axis=0)
+    return bool(-(support.plane.normal @ middle) > min_cosine * np.linalg.norm(middle))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
