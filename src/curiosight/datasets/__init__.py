@@ -8,6 +8,7 @@ from pathlib import Path
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.dataset import Dataset, KnowsDistances, KnowsInstances
 from curiosight.datasets.doubts import Doubt, find_doubts
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.fixing import fix_units
 from curiosight.datasets.layouts.arkit_scenes import ArkitScenes
 from curiosight.datasets.layouts.bop import Bop
@@ -39,7 +40,7 @@ from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.datasets.reading import AS_RECORDED, Reading
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.errors import DataError
 
 __all__ = [

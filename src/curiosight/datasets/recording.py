@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
@@ -20,6 +20,7 @@ from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_cam
 from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
+from curiosight.datasets.entries import Entry, check_unique_ids
 from curiosight.datasets.masks import (
     MASK_ENDINGS,
     find_masks,
@@ -27,6 +28,7 @@ from curiosight.datasets.masks import (
     read_mask,
     read_numbers,
 )
+from curiosight.datasets.poses_of_entries import inverted, moved_out, turned, with_changed_poses
 from curiosight.datasets.reading import Reading, axes_of
 from curiosight.datasets.sizes import (
     Size,
@@ -45,32 +47,6 @@ Image = TypeVar("Image", Rgb, Depth)
 UNITS = {1.0: "a metre", 0.001: "a millimetre"}
 # What the makers of phones call medium; below it are edges and what is too far.
 USUAL_CONFIDENCE = 1
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Entry:
-    """The files of one frame, before any of them is opened.
-
-    depth: where the file should be; None only in recordings without depth.
-    T_world_camera: as the recording has it, see `DepthCamera.has_the_poses`.
-    confidence: an image of how sure depth is, more is surer.
-    camera: intrinsics of this very image; None = the recording's.
-    depth_camera: the camera of this very depth image; None = the recording's.
-    problem: what listing the recording already found wrong with the frame. pose_problem: what is
-        wrong with its pose, which counts where other frames have one.
-    """
-
-    id: str
-    rgb: Path
-    depth: Path | None = None
-    T_world_camera: Pose | None = None
-    stamp_ns: int | None = None
-    ground_truth: Path | None = None
-    problem: str | None = None
-    pose_problem: str | None = None
-    confidence: Path | None = None
-    camera: Camera | None = None
-    depth_camera: DepthCamera | None = None
 
 
 class Recording:
@@ -248,10 +224,10 @@ class Recording:
         if reading.min_confidence >= 0:
             other.min_confidence = reading.min_confidence
         if reading.invert_poses:
-            other.entries = with_poses(other.entries, _inverted)
+            other.entries = with_changed_poses(other.entries, inverted)
         if reading.pose_axes:
             axes = axes_of(reading.pose_axes)
-            other.entries = with_poses(other.entries, lambda pose: turned(pose, axes))
+            other.entries = with_changed_poses(other.entries, lambda pose: turned(pose, axes))
         if reading.depth_camera and self.camera is not None:
             other.depth_camera = read_depth_camera(Path(reading.depth_camera), self.depth_size)
             other.entries = tuple(replace(entry, depth_camera=None) for entry in other.entries)
@@ -279,7 +255,7 @@ class Recording:
     def with_positions_times(self, factor: float) -> Self:
         """Return the same recording with the positions of its poses in another unit."""
         other = copy.copy(self)
-        other.entries = with_poses(self.entries, lambda pose: _moved_out(pose, factor))
+        other.entries = with_changed_poses(self.entries, lambda pose: moved_out(pose, factor))
         other.poses = other._colour_poses()
         return other
 
@@ -388,46 +364,3 @@ class Recording:
 def _mask_of(folder: Path, id: str) -> Path | None:
     files = (folder / f"{id}{ending}" for ending in MASK_ENDINGS)
     return next((file for file in files if file.is_file()), None)
-
-
-def check_unique_ids(path: Path, entries: Iterable[Entry]) -> None:
-    """Raise `DataError` where two frames have the same id: their outputs would be one file."""
-    rgb_of_id: dict[str, Path] = {}
-    for entry in entries:
-        if entry.id in rgb_of_id:
-            found = f"two frames are called '{entry.id}', {rgb_of_id[entry.id]} and {entry.rgb}"
-            raise DataError(path, found, "give every colour image a name of its own")
-        rgb_of_id[entry.id] = entry.rgb
-
-
-def with_poses(entries: Iterable[Entry], change: Callable[[Pose], Pose]) -> tuple[Entry, ...]:
-    """Return frames with their poses changed; those without one stay so."""
-    return tuple(
-        entry
-        if entry.T_world_camera is None
-        else replace(entry, T_world_camera=change(entry.T_world_camera))
-        for entry in entries
-    )
-
-
-def turned(pose: Pose, axes: npt.NDArray[np.float64]) -> Pose:
-    """Return a pose whose camera has axes right, down, forward.
-
-    axes: see `axes_of`. Where they make a left hand, the world's second axis is turned round.
-    """
-    other = pose.copy()
-    other[:3, :3] = pose[:3, :3] @ axes
-    if np.linalg.det(axes) < 0:
-        other[1] *= -1
-    return other
-
-
-def _inverted(pose: Pose) -> Pose:
-    inverted: Pose = np.linalg.inv(pose).astype(np.float64)
-    return inverted
-
-
-def _moved_out(pose: Pose, factor: float) -> Pose:
-    other = pose.copy()
-    other[:3, 3] *= factor
-    return other

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import Scan, Scans, remark_on_poses, with_depth
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import Trajectory, parse_stamp, table_rows
 from curiosight.errors import DataError

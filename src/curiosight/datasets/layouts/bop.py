@@ -13,6 +13,7 @@ import numpy as np
 from curiosight.datasets.dataset import GroundTruth, InstanceTruth
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, DepthForm, read_depth
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.bop_camera import FILE_NAME, BopView, read_scene_camera
 from curiosight.datasets.listing import (
     IMAGE_ENDINGS,
@@ -23,7 +24,7 @@ from curiosight.datasets.listing import (
     subfolder,
 )
 from curiosight.datasets.reading import Reading
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Depth, Label

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from curiosight.datasets.cameras.calibration import KINECT, KINECTS, find_calibration
 from curiosight.datasets.depth_files import ASSUMED, DepthForm
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.entries import Entry
+from curiosight.datasets.poses_of_entries import with_y_down
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
-from curiosight.datasets.y_up import with_y_down
 
 
 class Calibrated(Recording):

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from curiosight.datasets.cameras.camera_file import LabelValues
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.pairs import Pairing
-from curiosight.datasets.recording import Entry
 
 # A mask tells what lies on the table from everything else.
 MASK_VALUES = LabelValues(support=frozenset({0}), objects_from=1)

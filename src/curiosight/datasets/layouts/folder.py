@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, assumed_form
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, list_images, natural_key
 from curiosight.datasets.pairs import match_names
 from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.pose_match import match_stamps
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import read_trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Pose

@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.pose_text import read_pose_rows
-from curiosight.datasets.recording import Entry
-from curiosight.datasets.y_up import mirrored_pose
+from curiosight.datasets.poses_of_entries import mirrored
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
 
@@ -93,6 +93,5 @@ def _read_poses(path: Path) -> dict[str, Pose | None]:
         found = "does not hold lines of a number, tx ty tz qx qy qz qw"
         raise DataError(path, found, "copy it again or delete it")
     return {
-        _number(row.key or ""): None if row.pose is None else mirrored_pose(row.pose)
-        for row in rows
+        _number(row.key or ""): None if row.pose is None else mirrored(row.pose) for row in rows
     }

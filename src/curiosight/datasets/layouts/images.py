@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from curiosight.datasets.decoding import UnreadableFile, decode_unchanged
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.listing import find_ground_truth, list_images
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.roles import Role, find_groups, frame_key
 from curiosight.errors import DataError
 

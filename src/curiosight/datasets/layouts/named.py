@@ -9,11 +9,11 @@ from pathlib import Path
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import CameraFile
 from curiosight.datasets.depth_files import assumed_form
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences
 from curiosight.datasets.pairs import Pairing, pair_folder
-from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry
+from curiosight.datasets.poses_of_entries import with_found_poses
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 
@@ -54,7 +54,7 @@ class Named(Calibrated):
             assert pairing is not None
             listed = self.list_entries(path, folder, prefix, pairing)
             # Several sequences may have as many worlds.
-            entries += listed if len(sequences) > 1 else with_poses(folder, listed, remarks)
+            entries += listed if len(sequences) > 1 else with_found_poses(folder, listed, remarks)
             reasons.append(f"{prefix}{pairing.how}")
             remarks += self._remarks(prefix, pairing)
         if len(sequences) > 1:
@@ -83,18 +83,6 @@ class Named(Calibrated):
             )
             for pair in pairing.pairs
         ]
-
-
-def with_poses(folder: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
-    """Add the poses that a folder holds, in whatever files, to its frames; remark on them."""
-    found = find_poses(folder, [entry.rgb.stem for entry in entries])
-    if found is None:
-        return entries
-    remarks.append(found.remark)
-    return [
-        replace(entry, T_world_camera=pose)
-        for entry, pose in zip(entries, found.poses, strict=True)
-    ]
 
 
 def _with_own_cameras(

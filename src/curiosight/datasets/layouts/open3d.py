@@ -8,6 +8,7 @@ from pathlib import Path
 
 from curiosight.datasets.cameras.camera_file import FILE_NAME
 from curiosight.datasets.depth_files import DEPTH_ENDINGS
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import (
     find_ground_truth,
@@ -18,7 +19,6 @@ from curiosight.datasets.listing import (
 )
 from curiosight.datasets.pose_files import FoundPoses, find_poses
 from curiosight.datasets.pose_match import varying_numbers
-from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 COLOUR_FOLDERS = ("color", "rgb", "image")

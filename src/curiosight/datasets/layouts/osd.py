@@ -15,6 +15,7 @@ from curiosight.datasets.cameras.camera_file import (
 )
 from curiosight.datasets.dataset import GroundTruth, InstanceTruth
 from curiosight.datasets.depth_files import ASSUMED
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
@@ -23,7 +24,7 @@ from curiosight.datasets.listing import (
     subfolder,
 )
 from curiosight.datasets.masks import check_greys, find_masks
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Label

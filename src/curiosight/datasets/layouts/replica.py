@@ -8,8 +8,8 @@ import numpy as np
 
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import Scan, Scans, numbered, remark_on_poses, with_depth
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import table_rows
 from curiosight.errors import DataError

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import loadmat
 
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import Trajectory, table_rows
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose

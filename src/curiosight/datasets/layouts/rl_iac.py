@@ -8,6 +8,7 @@ from pathlib import Path
 from curiosight.datasets.cameras.calibration import find_calibration
 from curiosight.datasets.cameras.camera_file import LabelValues
 from curiosight.datasets.depth_files import ASSUMED
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
@@ -16,7 +17,7 @@ from curiosight.datasets.layouts.rl_iac_tables import (
     read_regions,
 )
 from curiosight.datasets.listing import list_images
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import Scan, Scans, numbered, remark_on_poses, with_depth
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.sizes import Size, image_size
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose, is_rigid

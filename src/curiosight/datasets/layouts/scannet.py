@@ -13,6 +13,7 @@ from curiosight.datasets.cameras.depth_camera import DepthCamera, with_window
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import DepthForm, read_raw_depth
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import (
     Scan,
     Scans,
@@ -22,7 +23,6 @@ from curiosight.datasets.layouts.scans import (
     with_depth,
 )
 from curiosight.datasets.listing import list_images
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.sizes import Size, first_size, image_size
 from curiosight.datasets.trajectory import read_pose
 from curiosight.errors import DataError

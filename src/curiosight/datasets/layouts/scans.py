@@ -9,8 +9,9 @@ from pathlib import Path
 
 from curiosight.datasets.cameras.depth_camera import DepthCamera
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.listing import find_ground_truth, find_sequences, natural_key
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import Size
 from curiosight.errors import DataError
 from curiosight.frame import Camera

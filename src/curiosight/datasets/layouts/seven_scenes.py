@@ -10,8 +10,9 @@ from curiosight.datasets.cameras.camera_file import CameraFile, read_camera_file
 from curiosight.datasets.cameras.depth_camera import DepthCamera, with_window
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import MILLIMETRES, read_raw_depth
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import first_size, image_size
 from curiosight.datasets.trajectory import read_pose
 from curiosight.frame import Camera, Pose

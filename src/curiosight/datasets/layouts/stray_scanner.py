@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers, read_intrinsics
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import (
     Scan,
     Scans,
@@ -21,7 +22,6 @@ from curiosight.datasets.layouts.scans import (
     remark_on_poses,
     with_depth,
 )
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.sizes import Size
 from curiosight.datasets.video_frames import VideoFrames
 from curiosight.errors import DataError

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import MILLIMETRES
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.layouts.tum_rgbd import associate
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry
 from curiosight.errors import DataError
 
 NAME = re.compile(r"^\d+-(\d{12})$")

@@ -12,13 +12,14 @@ from curiosight.datasets.cameras.camera_file import read_camera_file
 from curiosight.datasets.cameras.intrinsics import read_intrinsics
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.listing import (
     find_ground_truth,
     find_sequences,
     list_images,
     subfolder,
 )
-from curiosight.datasets.recording import Entry, Recording
+from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import Size, image_size
 from curiosight.errors import DataError
 from curiosight.frame import Depth

@@ -13,10 +13,10 @@ from curiosight.datasets.cameras.camera_text import read_leaves
 from curiosight.datasets.cameras.intrinsics import read_intrinsics
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import ASSUMED, DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.datasets.pose_files import find_poses
-from curiosight.datasets.recording import Entry
 from curiosight.frame import Pose, is_rigid
 
 # camera.json of our own may stand beside 7-Scenes too.

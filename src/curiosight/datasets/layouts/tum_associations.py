@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.depth_files import DEPTH_ENDINGS, read_raw_depth
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
-from curiosight.datasets.pose_files import find_poses
 from curiosight.datasets.pose_match import stamp_or_none
-from curiosight.datasets.recording import Entry
+from curiosight.datasets.poses_of_entries import with_found_poses
 from curiosight.datasets.trajectory import table_rows
 from curiosight.errors import DataError
 
@@ -76,7 +76,7 @@ class TumAssociations(Calibrated):
         if len(listed) < len(pairs):
             n_repeated = len(pairs) - len(listed)
             remarks.append(f"{n_repeated} lines of {file.name} repeat another: left out")
-        entries = with_poses(path, list(listed.values()), remarks)
+        entries = with_found_poses(path, list(listed.values()), remarks)
         super().__init__(path, entries, remarks, avoid=(file.name,))
 
 
@@ -131,16 +131,3 @@ def _is_depth(path: Path) -> bool:
     except UnreadableFile:
         return False
     return True
-
-
-def with_poses(path: Path, entries: list[Entry], remarks: list[str]) -> list[Entry]:
-    """Return the entries with the poses that the folder has for their stamps, and remark."""
-    stamps = [entry.stamp_ns for entry in entries]
-    found = find_poses(path, [entry.rgb.stem for entry in entries], stamps)
-    if found is None:
-        return entries
-    remarks.append(found.remark)
-    return [
-        replace(entry, T_world_camera=pose)
-        for entry, pose in zip(entries, found.poses, strict=True)
-    ]

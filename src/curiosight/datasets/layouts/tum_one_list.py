@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from curiosight.datasets.depth_files import DEPTH_ENDINGS
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
-from curiosight.datasets.layouts.tum_associations import with_poses
 from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE, associate
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
 from curiosight.datasets.pose_match import stamp_or_none
-from curiosight.datasets.recording import Entry
+from curiosight.datasets.poses_of_entries import with_found_poses
 from curiosight.datasets.trajectory import table_rows
 from curiosight.errors import DataError
 
@@ -49,7 +49,7 @@ class TumOneList(Calibrated):
         if n_alone:
             remarks.append(f"{n_alone} colour images have no depth within 20 ms: left out")
         ground_truth = find_ground_truth(path)
-        entries = with_poses(
+        entries = with_found_poses(
             path,
             [
                 Entry(

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
-from curiosight.datasets.recording import Entry
 from curiosight.datasets.trajectory import parse_stamp, read_trajectory, text_lines
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Pose
