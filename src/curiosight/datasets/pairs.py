@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.association import associate
 from curiosight.datasets.decoding import UnreadableFile, decode_unchanged
 from curiosight.datasets.depth_files import ARRAY_ENDINGS, read_raw_depth
 from curiosight.datasets.roles import Group, Role, find_groups, frame_key
 from curiosight.datasets.sizes import Size, has_shape_of
+from curiosight.datasets.trajectory import parse_stamp
 
 # Of the images of the smaller side: fewer, and the names mean something else.
 MIN_PAIRED = 0.5
-MAX_OFFSET_S = 0.02
+# Smaller numbers count something else.
+MIN_CLOCK_NS = 100_000_000 * 10**9
 # Images that are tried until one of a group can be read.
 N_TRIED = 3
 
@@ -119,28 +122,21 @@ def _pairing(
 def _match_stamps(colours: Sequence[Path], depths: Sequence[Path]) -> list[tuple[Path, Path]]:
     """Return pairs whose names are times at most 20 ms apart; none where names are no times."""
     try:
-        wanted, listed = ([_seconds(path.stem) for path in files] for files in (colours, depths))
+        wanted, listed = ([(_stamp(p.stem), p) for p in files] for files in (colours, depths))
     except ValueError:
         return []
-    stamps = np.array(listed)
-    nearest = [int(np.abs(stamps - stamp).argmin()) for stamp in wanted]
-    near = [
-        (rgb, depths[place])
-        for rgb, stamp, place in zip(colours, wanted, nearest, strict=True)
-        if abs(listed[place] - stamp) <= MAX_OFFSET_S
-    ]
+    near = [(rgb, depth) for _, rgb, depth in associate(wanted, listed)] if listed else []
     is_unique = len({depth for _, depth in near}) == len(near)
     return near if is_unique and len(near) > MIN_PAIRED * min(len(colours), len(depths)) else []
 
 
-def _seconds(stem: str) -> float:
-    """Read a time after 1973 in s, ms, us or ns; raises `ValueError` for anything else."""
+def _stamp(stem: str) -> int:
+    """Read a time after 1973 in nanoseconds; raises `ValueError` for anything else."""
     numbers = re.findall(r"\d+(?:\.\d+)?", stem)
-    value = float(max(numbers, key=len)) if numbers else 0.0
-    for least, per_second in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3), (1e8, 1.0)):
-        if value >= least:
-            return value / per_second
-    raise ValueError(f"stem: expected a time, got {stem!r}")
+    stamp = parse_stamp(max(numbers, key=len)) if numbers else 0
+    if stamp < MIN_CLOCK_NS:
+        raise ValueError(f"stem: expected a time, got {stem!r}")
+    return stamp
 
 
 def _id_of(rgb: Path) -> str:

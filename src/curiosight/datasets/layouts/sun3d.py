@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from curiosight.datasets.association import associate
 from curiosight.datasets.depth_bits import rotated_bits
 from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
-from curiosight.datasets.layouts.tum_rgbd import associate
 from curiosight.datasets.listing import find_ground_truth, list_images
 from curiosight.datasets.pose_files import find_poses
 from curiosight.errors import DataError

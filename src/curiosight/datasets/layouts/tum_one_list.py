@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from curiosight.datasets.association import associate
 from curiosight.datasets.depth_files import DEPTH_ENDINGS
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
-from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE, associate
+from curiosight.datasets.layouts.tum_rgbd import CAMERA, UNIT, WHOSE
 from curiosight.datasets.listing import IMAGE_ENDINGS, find_ground_truth, frame_id
 from curiosight.datasets.pose_match import stamp_or_none
 from curiosight.datasets.poses_of_entries import with_found_poses

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
+from curiosight.datasets.association import associate
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
@@ -20,7 +19,6 @@ from curiosight.frame import Camera, Pose
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5, depth_window=(17, 40, 588, 477))
 UNIT = DepthForm(1 / 5000, is_assumed=True)
 WHOSE = "the benchmark's default intrinsics are used"
-MAX_OFFSET_NS = 20_000_000
 
 
 class TumRgbd(Calibrated):
@@ -90,26 +88,6 @@ def _listed_file(folder: Path, name: str) -> Path:
 
 def _is_image_name(name: str) -> bool:
     return name.lower().endswith((*IMAGE_ENDINGS, ".tif", ".tiff"))
-
-
-def associate(
-    colour: list[tuple[int, Path]], depth: list[tuple[int, Path]]
-) -> list[tuple[int, Path, Path]]:
-    """Pair every colour image with the depth image nearest in time, within 20 ms."""
-    listed = np.array([stamp for stamp, _ in depth], np.int64)
-    stamps, first = np.unique(listed, return_index=True)
-    wanted = np.array([stamp for stamp, _ in colour], np.int64)
-    after = np.searchsorted(stamps, wanted).clip(max=len(stamps) - 1)
-    before = (after - 1).clip(min=0)
-    # Of two depth images equally near, the earlier one.
-    is_before = np.abs(stamps[before] - wanted) <= np.abs(stamps[after] - wanted)
-    nearest = np.where(is_before, before, after)
-    is_near = np.abs(stamps[nearest] - wanted) <= MAX_OFFSET_NS
-    return [
-        (stamp, rgb, depth[row][1])
-        for (stamp, rgb), row, is_pair in zip(colour, first[nearest], is_near, strict=True)
-        if is_pair
-    ]
 
 
 def _entries(path: Path, pairs: list[tuple[int, Path, Path]], remarks: list[str]) -> list[Entry]:
