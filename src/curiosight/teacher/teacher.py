@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher.background import border_mask, on_supports, on_walls, under_tables
 from curiosight.teacher.cloud.outline import cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask, noise_band
-from curiosight.teacher.cloud.points import Points, observe_points, spread
+from curiosight.teacher.cloud.points import Points, observe_points, scale_of, spread
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.confidence import measure_confidence
@@ -41,6 +42,8 @@ from curiosight.teacher.walls.wall_map import moved, recognise
 from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
+# Registration shifts the outline of the depth sensor's view by up to so many pixels of 640x480.
+OUTLINE_PX = 4
 
 
 class Teacher:
@@ -86,7 +89,7 @@ class Teacher:
     def _segment_upright(self, frame: Frame, up: Array | None, prior: Array) -> Segmentation:
         assert frame.depth is not None
         assert frame.camera is not None
-        stride = self.settings.stride_at(frame.camera.width)
+        stride = self.settings.stride_at(scale_of(frame.camera))
         points = observe_points(frame.depth, frame.camera, stride=stride)
         supports = find_footing(
             points, frame.T_world_camera, self.survey, self.settings, up=up, prior=prior
@@ -137,7 +140,10 @@ class Teacher:
 
     def _border(self, points: Points, camera: Camera) -> Mask:
         """(h, w) bool: where the image ends, or the view of its depth sensor."""
-        border = border_mask(camera, points.stride, self.settings.border_px)
+        border_px, outline_px = (
+            ceil(points.scale * px) for px in (self.settings.border_px, OUTLINE_PX)
+        )
+        border = border_mask(camera, points.stride, border_px, outline_px)
         if camera.depth_window is not None:
             return border
         outline = self.survey.outline

@@ -50,7 +50,7 @@ def survey_recording(
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings = settings or SegmentationSettings()
-    kept = without_outliers([shrunk(one, 640, least=1) for one in frames if _can_teach(one)])
+    kept = without_outliers([shrunk(one, 640) for one in frames if _can_teach(one)])
     gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
     observed = [_observe(frame, gravity) for frame in kept]
     posed = [(points, pose) for points, pose in observed if pose is not None]

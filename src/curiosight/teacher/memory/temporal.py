@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
-from curiosight.teacher.cloud.points import spread
+from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
 from curiosight.teacher.memory.votes import VoxelVotes
 from curiosight.teacher.segmented import Segmentation
@@ -21,7 +21,8 @@ from curiosight.teacher.things.verdicts import Verdict
 
 Array = npt.NDArray[Any]
 
-# Of the grid that is looked at and votes: what is remembered may take longer and be finer.
+# Of the grid that is looked at and votes, in a 640x480 image: what is remembered may take longer
+# and be finer.
 STRIDE = 2
 # What only this view does not know; every other verdict is a vote against.
 ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.NEAR, Verdict.SMALL, Verdict.FLAT})
@@ -70,16 +71,17 @@ class TemporalTeacher:
         alone = self.teacher.segment(frame)
         if frame.depth is None or frame.camera is None or alone.problem:
             return alone
-        labels = alone.labels[::STRIDE, ::STRIDE]
-        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
+        stride = self.settings.stride_at(scale_of(frame.camera))
+        labels = alone.labels[::stride, ::stride]
+        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=stride)
         self.votes.forget_removed(frame.depth, frame.camera, pose)
         corrected = self._corrected(labels, voxels)
-        self.votes.add(voxels, _ballots(alone)[::STRIDE, ::STRIDE])
+        self.votes.add(voxels, _ballots(alone)[::stride, ::stride])
         full = spread(
             corrected.ravel().astype(np.int32),
-            np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
+            np.ascontiguousarray(frame.depth[::stride, ::stride]),
             frame.depth,
-            STRIDE,
+            stride,
             max_depth=self.settings.max_range,
             beyond=Label.UNAVAILABLE,
         )

@@ -19,7 +19,7 @@ from curiosight.teacher.cloud.planes import (
 )
 from curiosight.teacher.cloud.points import Points, ends, median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
-from curiosight.teacher.supports.footprint import above_footprint, largest_piece
+from curiosight.teacher.supports.footprint import REACH_PX, above_footprint, largest_piece
 from curiosight.teacher.supports.table_map import MARGIN
 
 Array = npt.NDArray[Any]
@@ -173,7 +173,7 @@ def share_below(points: Points, plane: Plane) -> float:
 
 
 def _is_large(points: Points, plane: Plane, up: Array, settings: SegmentationSettings) -> bool:
-    piece = np.flatnonzero(largest_piece(plane.inliers))
+    piece = np.flatnonzero(largest_piece(plane.inliers, points.steps(REACH_PX)))
     if float(points.area.take(piece).sum()) < settings.min_table_area:
         return False
     # Its ends need no more of them.

@@ -82,16 +82,16 @@ class Groups:
         _find_ends(values, self.start, share, pool, found)
         return found
 
-    def hidden_shares(self, depth: Array, *, step: float = 0.05) -> Array:
+    def hidden_shares(self, depth: Array, *, step: float = 0.05, reach: int = 3) -> Array:
         """(n_groups,) share of a group's columns whose foot something hides.
 
-        Just below the lowest point of such a column comes a surface nearer by `step` metres, or
+        Just below, one and two times `reach` rows from the lowest point of such a column comes a surface nearer by `step` metres, or
         no reading at all: what the group stands on cannot be seen there.
         """
         lowest = np.full(depth.shape[1], -1)
         shares = np.empty(len(self))
         row = self.members // depth.shape[1]
-        _find_hidden(depth, row, self.members, self.start, step, lowest, shares)
+        _find_hidden(depth, row, self.members, self.start, step, reach, lowest, shares)
         return shares
 
 
@@ -154,6 +154,7 @@ def _find_hidden(
     members: Array,
     start: Array,
     step: float,
+    reach: int,
     lowest: Array,
     shares: Array,
 ) -> None:
@@ -172,8 +173,8 @@ def _find_hidden(
             foot = lowest[column]
             if foot >= 0:
                 nearer = depth[foot, column] - np.float32(step)
-                near = depth[min(foot + 3, height - 1), column]
-                far = depth[min(foot + 6, height - 1), column]
+                near = depth[min(foot + reach, height - 1), column]
+                far = depth[min(foot + 2 * reach, height - 1), column]
                 n_columns += 1
                 n_hidden += not (near >= nearer and far >= nearer)
                 lowest[column] = -1

@@ -23,14 +23,16 @@ from curiosight.teacher.things.union import join_nodes, number_sets
 Array = npt.NDArray[Any]
 # What is before a tangent plane by less, metres, is so by noise, or by a curve of the surface.
 TOLERANCE = 0.006
-# Cells from a crease, half of the window that a normal comes from and a little more.
-REACH = 5
-# A patch that holds no square of so many cells is a crease itself.
-CORE = 5
+# From a crease, half of the window that a normal comes from and a little more, in pixels of a
+# 640x480 image.
+REACH_PX = 14
+# A patch that holds no square as large as this on each side of a point is a crease itself, and so
+# is one of fewer pixels; of a 640x480 image, too.
+CORE_PX, MIN_PATCH_PX = 6, 270
 
 
 def find_patches(
-    thing: Array, points: Points, noise: float, *, max_bend_deg: float = 7, min_points: int = 30
+    thing: Array, points: Points, noise: float, *, max_bend_deg: float = 7
 ) -> Array:
     """(h, w) int32 number of each point's patch, from 1; 0 = none.
 
@@ -46,13 +48,15 @@ def find_patches(
     parent = np.arange(thing.size)
     normals = points.normals.reshape(-1, 3)
     surface = points.xyz.reshape(-1, 3), normals, tolerance
-    _link(where, thing, *surface, np.cos(np.radians(max_bend_deg)), REACH, parent)
+    reach = points.steps(REACH_PX)
+    _link(where, thing, *surface, np.cos(np.radians(max_bend_deg)), reach, parent)
     known = where[np.isfinite(normals[where, 0])]
     patch = np.zeros(thing.shape, np.int32)
     if len(known):
         smooth = np.full(thing.shape, -1, np.int32)
         smooth.ravel()[known] = number_sets(parent)[known]
-        core = _core(smooth)
+        core = _core(smooth, points.steps(CORE_PX))
+        min_points = max(1, int(points.count(MIN_PATCH_PX)))
         found = Groups.of(known, smooth.take(known), min_points=min_points)
         whole = [members for members in found if core.take(members).any()]
         for number, members in enumerate(whole, start=1):
@@ -64,9 +68,9 @@ def find_patches(
     return patch
 
 
-def _core(smooth: Array) -> Array:
-    """(h, w) bool: in the middle of a square of one number."""
-    square = np.ones((CORE, CORE), np.uint8)
+def _core(smooth: Array, reach: int) -> Array:
+    """(h, w) bool: in the middle of a square of one number, `reach` points to each side."""
+    square = np.ones((1 + 2 * reach, 1 + 2 * reach), np.uint8)
     numbers = smooth.astype(np.float32)
     # No square reaches beyond the grid: how much of the image is looked at must not matter.
     least = cv2.erode(numbers, square, borderType=cv2.BORDER_CONSTANT, borderValue=-1)

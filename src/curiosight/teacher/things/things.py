@@ -20,8 +20,10 @@ from curiosight.teacher.things.groups import Groups
 Array = npt.NDArray[Any]
 # So far apart, metres, are things on two supports moved before they are clustered.
 APART = 1000.0
-# What covers fewer pixels than this is noise, not a part of a thing.
+# What covers fewer pixels of a 640x480 image than this is noise, not a part of a thing.
 MIN_PART_PX = 60
+# What is just below a thing is so far from it, in pixels of a 640x480 image.
+BELOW_PX = 9
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
 MAX_ASIDE = 0.7
 
@@ -75,7 +77,7 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     support = carrier.take(parts.members[parts.start[:-1]])
     boxes = parts.ends(_places(parts, support, around), 0.02)
     hovers = boxes[:, 2, 0] > _reach_of_foot(parts, support, around)
-    hovers &= parts.hidden_shares(points.depth) < 0.4
+    hovers &= parts.hidden_shares(points.depth, reach=points.steps(BELOW_PX)) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & ~_is_cut(parts, around.border)
     max_size = np.array([s.settings.max_size for s in supports]).take(support)
@@ -112,7 +114,7 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
         numbers.append(number + n_clusters)
         n_clusters += 1 + int(number.max(initial=-1))
     where, number = np.concatenate(members), np.concatenate(numbers)
-    return Groups.of(where, number, min_points=max(2, MIN_PART_PX // around.points.stride**2))
+    return Groups.of(where, number, min_points=max(2, int(around.points.count(MIN_PART_PX))))
 
 
 def measure_things(
@@ -140,7 +142,7 @@ def measure_things(
         stands.tolist(),
         strict=True,
     )
-    min_points = around.settings.min_cluster_px / points.stride**2
+    min_points = points.count(around.settings.min_cluster_px)
     return [
         Thing(members, place, tuple(box), tuple(size), *rest)
         for members, place, box, size, *rest in measured

@@ -19,6 +19,8 @@ from curiosight.teacher.things.things import Surroundings, Thing, measure_things
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 
 Array = npt.NDArray[Any]
+# The wall of a pot is within so many pixels of its hollow, of a 640x480 image.
+WALL_PX = 6
 
 
 def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
@@ -46,8 +48,10 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     same = patches.meet_convexly() | patches.are_inside() | patches.go_on_behind()
     parent = np.arange(len(groups))
     join_linked(same & (support[:, None] == support), parent)
-    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
-    min_points = around.settings.min_cluster_px / points.stride**2
+    hollows = _find_hollows(things, thing, is_level, points, box)
+    reach = points.steps(WALL_PX)
+    _join_around(hollows, thing, patches.number, parent, reach=reach)
+    min_points = points.count(around.settings.min_cluster_px)
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
     v, u = np.divmod(groups.members, thing.shape[1])
     width = around.points.depth.shape[1]
@@ -88,7 +92,7 @@ def _window(points: Points, box: tuple[slice, slice]) -> Points:
         np.ascontiguousarray(grid[box])
         for grid in (points.xyz, points.normals, points.depth, points.area)
     )
-    return Points(xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride)
+    return Points(xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride, points.scale)
 
 
 def _find_hollows(
@@ -108,7 +112,7 @@ def _find_hollows(
 
 
 def _join_around(
-    hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int = 2
+    hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int
 ) -> None:
     """Join the patches of a thing beside one of its hollows: the wall of one pot or open box.
 

@@ -17,6 +17,11 @@ from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.things import Surroundings, Thing
 
 Array = npt.NDArray[Any]
+# Beyond the range, and in a row or column too near: stray readings cover so many pixels of a
+# 640x480 image, and reach so far.
+STRAY_PX, TORN_PX = 50, 6
+# Over a crease, where no normal is known, in pixels of a 640x480 image.
+CREASE_PX = 18
 
 
 class Verdict(Enum):
@@ -72,9 +77,9 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     if any(_is_part_of_table(table, thing, support) for table in around.supports):
         return Verdict.FURNITURE
     depth = around.points.depth.take(thing.members)
-    if np.count_nonzero(depth > settings.max_range - 0.05) > 5:
+    if np.count_nonzero(depth > settings.max_range - 0.05) > around.points.count(STRAY_PX):
         return Verdict.FAR
-    if _goes_on_nearer(thing, depth, around.points.depth, settings.near_range):
+    if _goes_on_nearer(thing, depth, around.points, settings.near_range):
         return Verdict.NEAR
     xyz = around.points.xyz_at(thing.members)
     walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
@@ -107,7 +112,7 @@ def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> boo
 def _goes_on_nearer(
     thing: Thing,
     depth: Array,
-    depths: Array,
+    points: Points,
     near: float,
     *,
     max_width: float = 0.25,
@@ -118,19 +123,20 @@ def _goes_on_nearer(
     A table's leg before the camera looks like a small object on the floor then. Of an object
     that is seen whole the far edge of its top is uppermost, and not nearest.
 
-    depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
+    depth: (n,) metres of the members. near: metres.
     max_width: diagonal of a slender thing's ground plan, metres.
     min_share: of the thing's columns that end so, with no reading above.
     """
     nearest = ends(depth, 0.02)[0]
     if nearest > near or hypot(*thing.size[:2]) > max_width:
         return False
+    depths = points.depth
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))
     np.minimum.at(top, u, v)
     columns = np.flatnonzero(top < len(depths))
     top = top[columns]
-    above = depths[np.maximum(top - 2, 0), columns]
+    above = depths[np.maximum(top - points.steps(TORN_PX), 0), columns]
     ends_near = np.isnan(above) & (depths[top, columns] < nearest + 0.01)
     return bool(np.count_nonzero(ends_near) > min_share * len(columns))
 
@@ -193,15 +199,14 @@ def _is_part_of_wall(
     return _turns_corner(around.points, thing.members, wall)
 
 
-def _turns_corner(points: Points, members: Array, wall: Wall, *, reach: int = 6) -> bool:
+def _turns_corner(points: Points, members: Array, wall: Wall) -> bool:
     """Tell whether a cluster is the other face of a wall, round a convex corner.
 
     It lies behind the wall's plane, and in most of its rows goes over into the wall sideways,
     without a step. Together they are larger than any object. What stands before a wall meets
     it in a concave corner and stays out of this.
-
-    reach: cells over the crease, where no normal is known.
     """
+    reach = points.steps(CREASE_PX)
     height, width = points.depth.shape
     v, u = np.unravel_index(members, points.depth.shape)
     first, last = np.full(height, width), np.full(height, -1)
