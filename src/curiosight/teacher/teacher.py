@@ -14,9 +14,16 @@ from curiosight.teacher.background import border_mask, on_supports, on_walls, un
 from curiosight.teacher.cloud.outline import cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points, scale_of, spread
+from curiosight.teacher.cloud.repeats import Repeats
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.confidence import measure_confidence
+from curiosight.teacher.resizing import (
+    found_in_own_size,
+    in_full_size,
+    in_own_size,
+    repeats_in,
+)
 from curiosight.teacher.segmented import (
     CODE_OF,
     FLOOR,
@@ -71,11 +78,17 @@ class Teacher:
         problem = _problem_of(frame)
         if problem is not None or frame.depth is None or frame.camera is None:
             return Segmentation.of_nothing(frame, problem, self.settings.max_range)
+        repeats = self.repeats_in(frame)
         n_turns, prior = self._held(frame, up)
         if up is not None:
             up = rotation_of(n_turns) @ up
-        found = self._segment_upright(turn_frame(frame, n_turns), up, prior)
-        return turn_segmentation(replace(found, n_turns=0), -n_turns)
+        upright = turn_frame(in_own_size(frame, repeats), n_turns)
+        found = self._segment_upright(upright, up, prior)
+        return in_full_size(turn_segmentation(replace(found, n_turns=0), -n_turns), repeats)
+
+    def repeats_in(self, frame: Frame) -> Repeats | None:
+        """Return how a frame's depth repeats its readings; None where it does not."""
+        return repeats_in(frame, self.survey.repeats)
 
     def _held(self, frame: Frame, up: Array | None) -> tuple[int, Array]:
         """Return the quarter turns that put a frame upright, and about where up is then."""
@@ -118,10 +131,12 @@ class Teacher:
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""
-        n_turns = segmentation.n_turns
-        upright = turn_segmentation(segmentation, n_turns)
-        confidence = measure_confidence(turn_frame(frame, n_turns), upright, self.settings)
-        return np.ascontiguousarray(np.rot90(confidence, -n_turns))
+        n_turns, repeats = segmentation.n_turns, self.repeats_in(frame)
+        upright = turn_segmentation(found_in_own_size(segmentation, repeats), n_turns)
+        frame = turn_frame(in_own_size(frame, repeats), n_turns)
+        confidence = measure_confidence(frame, upright, self.settings)
+        confidence = np.ascontiguousarray(np.rot90(confidence, -n_turns))
+        return confidence if repeats is None else repeats.repeat(confidence)
 
     def _found(
         self, points: Points, supports: list[Support], is_support: Mask, is_wall: Mask

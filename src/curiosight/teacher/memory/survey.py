@@ -13,10 +13,12 @@ from curiosight.frame import MOUNTS, Frame, Pose
 from curiosight.teacher.cloud.outline import find_outline
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.repeats import Repeats, find_repeats
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
 from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
+from curiosight.teacher.resizing import in_own_size
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
@@ -50,7 +52,8 @@ def survey_recording(
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings = settings or SegmentationSettings()
-    kept = without_outliers([shrunk(one, 640) for one in frames if _can_teach(one)])
+    usable, repeats = _in_own_size(one for one in frames if _can_teach(one))
+    kept = without_outliers(usable)
     gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
     observed = [_observe(frame, gravity) for frame in kept]
     posed = [(points, pose) for points, pose in observed if pose is not None]
@@ -75,6 +78,7 @@ def survey_recording(
         up_camera=gravity.up_camera,
         doubt=gravity.doubt,
         outline=outline,
+        repeats=repeats,
     )
     if scene == "table" or up_world is None or floor is None:
         return known
@@ -88,6 +92,23 @@ def survey_recording(
 def _can_teach(frame: Frame) -> bool:
     has_depth = frame.depth is not None and bool(np.isfinite(frame.depth).any())
     return has_depth and frame.problem is None
+
+
+def _in_own_size(frames: Iterable[Frame]) -> tuple[list[Frame], Repeats | None]:
+    """Return frames as their depth's own size shows them, and how most of them repeat it.
+
+    In a frame that shows little this cannot be seen.
+    """
+    small: list[Frame] = []
+    found: list[Repeats] = []
+    for frame in frames:
+        assert frame.depth is not None
+        repeats = find_repeats(frame.depth)
+        found.append(repeats)
+        small.append(shrunk(in_own_size(frame, repeats), 640))
+    are_repeated = [repeats.shape != repeats.full_shape for repeats in found]
+    is_usual = 2 * sum(are_repeated) > len(found)
+    return small, found[are_repeated.index(is_usual)] if found else None
 
 
 def _turns(frame: Frame, gravity: Gravity) -> int:

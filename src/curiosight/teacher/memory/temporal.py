@@ -13,6 +13,7 @@ from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
 from curiosight.teacher.memory.votes import VoxelVotes
+from curiosight.teacher.resizing import in_full_size, in_own_size
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.surveyed import Survey
@@ -65,6 +66,9 @@ class TemporalTeacher:
 
         A frame without pose is not corrected: only which way is up is carried to the next.
         """
+        repeats = self.teacher.repeats_in(frame)
+        if repeats is not None:
+            return in_full_size(self.segment(in_own_size(frame, repeats)), repeats)
         pose = frame.T_world_camera
         if pose is None:
             return self._tracked(frame)
