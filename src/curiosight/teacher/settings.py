@@ -62,6 +62,8 @@ TABLE = SupportSettings(
 MIN_NOISE = 0.0005
 # Farther than this times the range set, pixels are too sparse on small things.
 MAX_REACH = 1.5
+# A grid is not coarser than set by more than this, or small images tell too little.
+MAX_COARSER = 1.2
 # What such a sensor sees is worth a finer grid.
 FINE_STRIDE = 2
 
@@ -114,7 +116,9 @@ class SegmentationSettings:
         """Return every how many columns and rows of an image are looked at; scale: its columns
         for one of a 640x480 image.
         """
-        return max(1, round(self.stride * scale))
+        usual = self.stride * scale
+        stride = max(1, round(usual))
+        return stride - 1 if stride > max(1, MAX_COARSER * usual) else stride
 
     def for_sensor(self, noise: float | None) -> Self:
         """Return the thresholds for a sensor with this noise of inverse depth, 1/m.

@@ -23,6 +23,8 @@ Array = npt.NDArray[Any]
 # What is said in pixels is said of an image with so many, 640x480: of any other it is the same
 # share of the view, and so the same angle.
 USUAL_PIXELS = 640 * 480
+# Every so many rows and columns of such an image are looked at.
+USUAL_STRIDE = 3
 
 
 def scale_of(camera: Camera) -> float:
@@ -64,6 +66,14 @@ class Points:
     def count(self, area_px: float) -> float:
         """Return how many points of the grid an area in pixels of a 640x480 image has."""
         return area_px / self.cell**2
+
+    def evidence(self, area_px: float) -> float:
+        """Return how many points of the grid are enough to tell of something.
+
+        Those of an area in pixels of a 640x480 image; on a coarser grid than that image's as
+        many as there: fewer readings are as likely noise.
+        """
+        return area_px / min(self.cell, USUAL_STRIDE) ** 2
 
     def xyz_at(self, where: Array) -> Array:
         """Return the (n, 3) points at (n,) flat indices of the grid."""

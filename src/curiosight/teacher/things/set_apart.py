@@ -41,7 +41,7 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     _count_meetings(whose, body, depth, noise, around.points.steps(REACH_PX), counts)
     is_before = counts[:, 0] > MIN_BEFORE * counts.sum(axis=1)
     where = np.flatnonzero(is_before.take(body) & (body > 0))
-    least = around.points.count(around.settings.min_cluster_px)
+    least = around.points.evidence(around.settings.min_cluster_px)
     groups = Groups.of(where, body.take(where), min_points=max(1, int(least)))
     if len(groups) == 0:
         return []

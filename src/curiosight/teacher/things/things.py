@@ -142,7 +142,7 @@ def measure_things(
         stands.tolist(),
         strict=True,
     )
-    min_points = points.count(around.settings.min_cluster_px)
+    min_points = points.evidence(around.settings.min_cluster_px)
     return [
         Thing(members, place, tuple(box), tuple(size), *rest)
         for members, place, box, size, *rest in measured

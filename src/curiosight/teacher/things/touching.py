@@ -51,7 +51,7 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     hollows = _find_hollows(things, thing, is_level, points, box)
     reach = points.steps(WALL_PX)
     _join_around(hollows, thing, patches.number, parent, reach=reach)
-    min_points = points.count(around.settings.min_cluster_px)
+    min_points = points.evidence(around.settings.min_cluster_px)
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
     v, u = np.divmod(groups.members, thing.shape[1])
     width = around.points.depth.shape[1]
