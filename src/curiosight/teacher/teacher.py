@@ -106,8 +106,13 @@ class Teacher:
         labels[(is_support & (hollows == 0)) | is_wall] = Label.NOT_SALIENT
         found = self._found(points, supports, is_support, is_wall)
         number += hollows
-        labels, number, found = _at_full_size(
-            labels, number, found, points, frame.depth, self.settings.max_range
+        labels, found, number = spread(
+            (number << 16) | (found.astype(np.int32) << 8) | labels,
+            points.depth,
+            frame.depth,
+            stride,
+            max_depth=self.settings.max_range,
+            beyond=Label.UNAVAILABLE,
         )
         return Segmentation(
             labels, number, tuple(clusters), tuple(supports), tuple(walls), found=found
@@ -199,20 +204,3 @@ def _problem_of(frame: Frame) -> str | None:
     # One reading is enough, and mostly found in a few rows.
     has_reading = np.isfinite(frame.depth[::16]).any() or np.isfinite(frame.depth).any()
     return None if has_reading else "the depth image has no reading"
-
-
-def _at_full_size(
-    labels: Array, number: Array, found: Array, points: Points, depth: Array, max_range: float
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
-    """Return labels, numbers of clusters and what was found per pixel; far ones are unavailable."""
-    full = spread(
-        (number << 16) | (found.astype(np.int32) << 8) | labels,
-        points.depth,
-        depth,
-        points.stride,
-        max_depth=max_range,
-        beyond=Label.UNAVAILABLE,
-    )
-    full_number = np.empty(full.shape, np.uint16)
-    np.right_shift(full, 16, out=full_number, casting="unsafe")
-    return full.astype(np.uint8), full_number, (full >> 8).astype(np.uint8)
