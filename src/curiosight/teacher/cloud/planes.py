@@ -20,6 +20,8 @@ from curiosight.teacher.cloud.points import Points, rows_at
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
+# A surface turned farther away from a plane than this cosine tells is no part of it.
+MIN_FACING = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.frame import Camera, Depth
+from curiosight.frame import Camera, Depth, Pose
 from curiosight.teacher.cloud.local_planes import fit_local_planes
 
 Array = npt.NDArray[Any]
@@ -31,6 +31,7 @@ class Points:
         unknown (an edge, a hole).
     area: (h, w) float32 square metres that a pixel covers on its surface, 0 without a normal.
     x, y: (w,) and (h,) float32 normalised pixels of the columns and rows: xyz = z (x, y, 1).
+    border: (h, w) bool, where the view ends; None = nowhere. pose: (4, 4) `T_world_camera`.
     """
 
     xyz: Array
@@ -40,6 +41,8 @@ class Points:
     x: Array
     y: Array
     stride: int
+    border: npt.NDArray[np.bool_] | None = None
+    pose: Pose | None = None
 
     def xyz_at(self, where: Array) -> Array:
         """Return the (n, 3) points at (n,) flat indices of the grid."""

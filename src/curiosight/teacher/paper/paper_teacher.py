@@ -20,9 +20,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from curiosight.frame import Frame, Label
-from curiosight.teacher.background import border_mask
 from curiosight.teacher.cloud.planes import Mask, Plane, horizontal_axes
 from curiosight.teacher.cloud.points import Points, observe_points, spread
+from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.paper.paper_planes import find_main_plane, find_walls
 from curiosight.teacher.paper.paper_settings import PaperSettings
 from curiosight.teacher.segmented import Segmentation

@@ -1,7 +1,8 @@
-"""Clusters on the supports (sec. II-A.2), each with its verdict."""
+"""The fourth stage: what is on the supports, in clusters, each with its verdict (sec. II-A.2)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,25 +14,40 @@ from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.feet import join_feet
+from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.set_apart import set_apart
-from curiosight.teacher.things.things import Surroundings, Thing, find_things
+from curiosight.teacher.things.things import Thing, find_things
 from curiosight.teacher.things.touching import part_touching
 from curiosight.teacher.things.verdicts import Cluster, Verdict, judge
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 # What is whole may stand before these, and seem a part of them.
 TIED = frozenset({Verdict.CUT})
 
 
-def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Things:
+    """What is on the supports of a frame.
+
+    number: (h, w) int32, 1 + the place in `clusters` of each point; 0 = in none.
+    hollows: (h, w) int32, the same of the object that a point of a support is inside of.
+    """
+
+    around: Surroundings
+    clusters: list[Cluster]
+    number: Array
+    hollows: Array
+
+
+def find_objects(around: Surroundings) -> Things:
     """Cluster what is on each table, the highest first, then the rest over the lowest support.
 
     What is under a table stays out: its legs and apron are no objects, and would tie chairs
     together. On a seat, a bed or a shelf nothing is an object, so the rest has it.
 
-    free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
-    each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
+    free = around.free
     bodies = connect_bodies(free, around.points.depth, around.settings.noise)
     things = find_things(divide(free, bodies, around), around)
     judged = _judged(things, bodies, around)
@@ -52,7 +68,8 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
     n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
     windows = find_windows(number, max_label=len(judged))
     measured = zip(judged, n_points, windows, strict=True)
-    return number, [_cluster(*pair, n, window, around) for pair, n, window in measured]
+    clusters = [_cluster(*pair, n, window, around) for pair, n, window in measured]
+    return Things(around, clusters, number, _hollows(number, judged, windows, around))
 
 
 def divide(free: Mask, bodies: Bodies, around: Surroundings) -> Array:
@@ -81,6 +98,23 @@ def _judged(
     whole = [thing for (thing, _), is_parted in zip(judged, parted, strict=True) if is_parted]
     others = [pair for pair, is_parted in zip(judged, parted, strict=True) if not is_parted]
     return [*others, *((thing, Verdict.OBJECT) for thing in part_touching(whole, around))]
+
+
+def _hollows(
+    number: Array,
+    judged: list[tuple[Thing, Verdict]],
+    windows: list[tuple[slice, slice]],
+    around: Surroundings,
+) -> Array:
+    """(h, w) int32 number of the object that a point of a support is inside of, 0 = none."""
+    boxes = [
+        (place, (columns.start, rows.start, columns.stop, rows.stop))
+        for place, ((_, verdict), (rows, columns)) in enumerate(
+            zip(judged, windows, strict=True), start=1
+        )
+        if verdict is Verdict.OBJECT
+    ]
+    return find_hollows(number, boxes, around.is_support, around.points)
 
 
 def _take_over(

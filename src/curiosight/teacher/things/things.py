@@ -10,12 +10,9 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask, horizontal_axes
-from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.settings import SegmentationSettings
-from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.clusters import euclidean_clusters, join_stacked
 from curiosight.teacher.things.groups import Groups
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 # So far apart, metres, are things on two supports moved before they are clustered.
@@ -24,20 +21,6 @@ APART = 1000.0
 MIN_PART_PX = 60
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
 MAX_ASIDE = 0.7
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What things are found in and judged against.
-
-    supports: lowest first. border: (h, w) bool, what no object may touch.
-    """
-
-    points: Points
-    supports: list[Support]
-    walls: list[Wall]
-    border: Mask
-    settings: SegmentationSettings
 
 
 @dataclass(frozen=True, slots=True, eq=False)

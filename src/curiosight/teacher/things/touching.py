@@ -15,8 +15,9 @@ from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.meetings import TOUCHING, Patches
 from curiosight.teacher.things.patches import find_patches
-from curiosight.teacher.things.things import Surroundings, Thing, measure_things
+from curiosight.teacher.things.things import Thing, measure_things
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 

@@ -14,7 +14,8 @@ from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points, ends
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
-from curiosight.teacher.things.things import Surroundings, Thing
+from curiosight.teacher.things.things import Thing
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 
