@@ -240,19 +240,3 @@ def _look_up(
             index[u] = np.int32(row) * width + np.int32(column) if is_on_map else np.int32(-1)
         for u in range(len(x)):
             found[v, u] = flat[index[u]] if index[u] >= 0 else outside
-
-
-def ends(values: Array, share: float = 0.01) -> tuple[float, float]:
-    """Return the two of (n,) values, n > 0, that a share of them lies below and above."""
-    n_beyond = int(share * len(values))
-    # NumPy sorts faster than it partitions in two places.
-    ordered = np.sort(values)
-    return float(ordered[n_beyond]), float(ordered[-1 - n_beyond])
-
-
-def median(values: Array) -> float:
-    """Return the median of (n,) values, n > 0."""
-    # NumPy's own takes five times as long for a few hundred.
-    ordered = np.sort(values)
-    middle = len(values) // 2
-    return float(ordered[middle] + ordered[-1 - middle]) / 2

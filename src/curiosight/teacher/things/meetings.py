@@ -59,7 +59,7 @@ class Patches:
         with np.errstate(invalid="ignore", divide="ignore"):
             normals = sums[:, 5:8] / np.linalg.norm(sums[:, 5:8], axis=1, keepdims=True)
             bends = sums[:, 8] / sums[:, 9]
-        tops = groups.ends(heights[:, None], 0.03)[:, 0, 1]
+        tops = groups.ends(heights[:, None], [(0, 0.03)])[:, 0, 1]
         return cls(number, points, middles[:, :2], middles[:, 2:], normals, bends, tops, borders)
 
     def meet_convexly(self, *, max_concave: float = 0.5, min_pairs: int = 4) -> Array:

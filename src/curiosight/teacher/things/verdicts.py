@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.teacher.cloud.planes import Mask
-from curiosight.teacher.cloud.points import Points, ends
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.things import Thing
