@@ -58,13 +58,15 @@ def _measure_distances(depth: Array, x: Array, y: Array, plane: Array, distances
             distances[v, u] = depth[v, u] * (x[u] * a + in_row) + offset
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def coordinates_on(axes: Array, normal: Array, offset: float) -> Array:
     """Return (4, 3) float32 from (x, y, z, 1) to metres along two axes and over a plane.
 
     axes: (3, 2) directions on the plane normal·p + offset = 0.
     """
     to_plane = np.zeros((4, 3), np.float32)
-    to_plane[:3, :2], to_plane[:3, 2], to_plane[3, 2] = axes, normal, offset
+    to_plane[:3, :2], to_plane[:3, 2] = axes, normal
+    to_plane[3, 2] = offset
     return to_plane
 
 
