@@ -46,8 +46,14 @@ def label_pixels(things: Things, depth: Depth) -> Segmentation:
         max_depth=around.settings.max_range,
         beyond=Label.UNAVAILABLE,
     )
-    clusters, supports, walls = map(tuple, (things.clusters, around.supports, around.walls))
-    return Segmentation(labels, number, clusters, supports, walls, found=found)
+    return Segmentation(
+        labels,
+        number,
+        tuple(things.clusters),
+        tuple(around.supports),
+        tuple(around.walls),
+        found=found,
+    )
 
 
 def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:

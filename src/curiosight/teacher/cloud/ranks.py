@@ -20,7 +20,8 @@ def ends(values: Array, share: float = 0.01) -> tuple[float, float]:
 
 def median(values: Array) -> float:
     """Return the median of (n,) values, n > 0."""
-    return sum(find_ends(values.astype(np.float32), (len(values) - 1) // 2)) / 2
+    low, high = find_ends(values.astype(np.float32), (len(values) - 1) // 2)
+    return float(low + high) / 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

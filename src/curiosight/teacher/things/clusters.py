@@ -81,7 +81,8 @@ def _cluster(xyz: Array, leaf: float, tolerance: float) -> Array:
     means /= counts
     parent = np.arange(len(means))
     _join_near(means, tolerance, parent)
-    return number_sets(parent)[voxel]
+    cluster: Array = number_sets(parent)[voxel]
+    return cluster
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -98,7 +99,9 @@ def _number_cells(xyz: Array, side: float) -> tuple[Array, Array, Array]:
     for point in range(len(xyz)):
         x, y, z = xyz[point, 0] / side, xyz[point, 1] / side, xyz[point, 2] / side
         keys[point] = (
-            np.int64(np.floor(x)) * ALONG_X + np.int64(np.floor(y)) * ALONG_Y + np.int64(np.floor(z))
+            np.int64(np.floor(x)) * ALONG_X
+            + np.int64(np.floor(y)) * ALONG_Y
+            + np.int64(np.floor(z))
         )
     cell, n_cells, last = np.empty(len(xyz), np.int64), 0, -1
     for point in range(len(xyz)):

@@ -126,9 +126,7 @@ def _find_boxes(members: Array, start: Array, mask: Array, boxes: Array, counts:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_ends(
-    values: Array, start: Array, shares: Array, pool: Array, found: Array
-) -> None:
+def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: Array) -> None:
     """Set what `Groups.ends` returns; pool: (size of the largest group,), to work with."""
     for group in range(len(found)):
         first, last = start[group], start[group + 1] - 1

@@ -86,7 +86,10 @@ def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Arr
 
 def _cluster(carrier: Array, around: Surroundings) -> Groups:
     """Return the points over supports in groups that stand together, none over two supports."""
-    points, kinds = around.points, [(s.settings.leaf, s.settings.tolerance) for s in around.supports]
+    points, kinds = (
+        around.points,
+        [(s.settings.leaf, s.settings.tolerance) for s in around.supports],
+    )
     members, numbers, n_clusters = [], [], 0
     for leaf, tolerance in sorted({*kinds}):
         is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
