@@ -114,8 +114,8 @@ def score(dataset: Resized, sheets: Path | None) -> dict[str, Any]:
         total += scored.counts
         n_objects += len(segmentation.objects)
         if sheets:
-            path = sheets / f"{dataset.camera.width}-{dataset.source.name}-{id.replace('/', '_')}.png"
-            write_sheet(path, frame, truth, segmentation)
+            name = f"{dataset.camera.width}-{id.replace('/', '_')}.png"
+            write_sheet(sheets / name, frame, truth, segmentation)
     return {"counts": total, "n_objects": n_objects, "times_ms": times_ms, "frames": len(dataset)}
 
 

@@ -26,7 +26,7 @@ from curiosight.teacher.things.meetings import (
     _sum_patches,
     _walk,
 )
-from curiosight.teacher.things.patches import CORE, _core, _grow, _link, find_patches, in_front
+from curiosight.teacher.things.patches import CORE_PX, _core, _grow, _link, find_patches, in_front
 from curiosight.teacher.things.touching import _join_small
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets, root_of
 
@@ -149,13 +149,12 @@ def links_by_definition(surface: Surface, where: set[Cell]) -> Array:
 @given(SEEDS)
 def test_links_join_what_goes_on_without_a_crease(seed: int) -> None:
     surface = some_surface(seed)
-    where = np.flatnonzero(surface.thing)
     cells = {(int(v), int(u)) for v, u in zip(*np.nonzero(surface.thing), strict=True)}
     parent = np.arange(SIZE)
-    _link(where, surface.thing, *surface.rows, surface.tolerance, MIN_COSINE, REACH, parent)
+    _link(surface.thing, *surface.rows, surface.tolerance, MIN_COSINE, REACH, parent)
     expected = components(links_by_definition(surface, cells))
     np.testing.assert_array_equal(number_sets(parent), expected)
-    assert not len(where) or expected.max() < SIZE - 1
+    assert not len(cells) or expected.max() < SIZE - 1
 
 
 @settings(max_examples=60, deadline=None)
@@ -200,7 +199,7 @@ def grown_by_queue(surface: Surface, slack: float) -> Array:
 @given(SEEDS, st.sampled_from([0.5, 2.0, np.inf]))
 def test_patches_grow_like_a_flood(seed: int, slack: float) -> None:
     surface = some_surface(seed)
-    patch, queue = surface.patch.copy(), np.empty(SIZE, np.int64)
+    patch, queue = surface.patch.copy(), np.empty((SIZE, 2), np.int32)
     _grow(surface.thing, surface.depth, surface.tolerance, slack, queue, patch)
     np.testing.assert_array_equal(patch, grown_by_queue(surface, slack))
     assert not patch[surface.thing == 0].any()
@@ -213,11 +212,11 @@ def test_core_is_the_middle_of_squares_of_one_number(seed: int) -> None:
     smooth = rng.integers(-1, 2, (2, 2)).repeat(7, axis=0).repeat(9, axis=1).astype(np.int32)
     smooth[rng.integers(0, SHAPE[0]), rng.integers(0, SHAPE[1])] = 5
     expected = np.zeros(SHAPE, np.bool_)
-    half = CORE // 2
+    half = 2
     for v, u in product(range(half, SHAPE[0] - half), range(half, SHAPE[1] - half)):
         square = smooth[v - half : v + half + 1, u - half : u + half + 1]
         expected[v, u] = smooth[v, u] >= 0 and (square == smooth[v, u]).all()
-    np.testing.assert_array_equal(_core(smooth), expected)
+    np.testing.assert_array_equal(_core(smooth, half), expected)
 
 
 def sums_by_patch(surface: Surface) -> Array:
@@ -381,9 +380,10 @@ def test_patches_end_at_a_crease_and_have_its_edges() -> None:
 def test_patches_do_not_depend_on_how_much_is_looked_at() -> None:
     points = bent_sheet(0.0)
     strip = np.zeros(points.depth.shape, np.int32)
-    strip[:, : CORE - 1] = 1
+    core = 1 + 2 * points.steps(CORE_PX)
+    strip[:, : core - 1] = 1
     assert not find_patches(strip, points, 0.0035).any()
-    strip[:, :CORE] = 1
+    strip[:, :core] = 1
     assert find_patches(strip, points, 0.0035).sum() == np.count_nonzero(strip)
 
 

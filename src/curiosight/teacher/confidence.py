@@ -28,8 +28,8 @@ def measure_confidence(
 
     It is 1 - exp(-m / noise), where m is the distance in metres from the threshold that would
     change the label: for a support or a wall that of its band, for an object how far it rises
-    over its support and stands before the walls. Small objects count less, by n / (n + 200), in pixels of a 640x480 image.
-    What is unknown or unavailable has 0.
+    over its support and stands before the walls. Small objects count less, by n / (n + 200), in
+    pixels of a 640x480 image. What is unknown or unavailable has 0.
 
     settings: those of the teacher, for its sensor.
     """

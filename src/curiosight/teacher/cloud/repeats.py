@@ -117,7 +117,7 @@ def _are_borders(
         _shown(places, sizes, width, shift, one) != _shown(places - 1, sizes, width, shift, one)
         for one in below
     ]
-    return np.any(found, axis=0)
+    return np.asarray(np.any(found, axis=0))
 
 
 def _shown(places: Array, sizes: Any, width: int, shift: int, below: int) -> Array:

@@ -29,6 +29,8 @@ from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
+# Of a 640x480 image, every so many rows and columns are looked at.
+SURVEY_STRIDE = 2
 UPS = ("auto", *MOUNTS)
 
 
@@ -177,6 +179,7 @@ def _tables_at(
         floor,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
+        density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),
     )
 
 

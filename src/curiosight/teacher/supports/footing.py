@@ -1,13 +1,15 @@
-"""What the things of a frame stand on: where a pose tells, and where only the frame does."""
+"""The second stage: points to what things stand on, told by a pose or by the frame alone."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
@@ -16,6 +18,7 @@ from curiosight.teacher.cloud.up import (
     votes_on_up,
 )
 from curiosight.teacher.settings import SegmentationSettings
+from curiosight.teacher.supports.slab import on_supports
 from curiosight.teacher.supports.supports import (
     KnownTable,
     Scene,
@@ -32,23 +35,53 @@ MAX_TURN = np.radians(12)
 MAX_SHARE_BELOW = 0.10
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Supports:
+    """What the things of a frame stand on.
+
+    found: the supports in view, lowest first; none where `is_on` has no point.
+    is_on: (h, w) bool, on a support. free: (h, w) bool, on none; both within the range.
+    """
+
+    points: Points
+    settings: SegmentationSettings
+    found: list[Support]
+    is_on: Mask
+    free: Mask
+
+
 def find_footing(
     points: Points,
-    pose: Pose | None,
     survey: Survey,
     settings: SegmentationSettings,
     *,
     up: Array | None = None,
     prior: Array = CAMERA_UP_PRIOR,
-) -> list[Support]:
-    """Return the supports in view, lowest first; empty when there is none.
+) -> Supports:
+    """Return the supports in view.
 
-    pose: (4, 4) `T_world_camera`. up: (3,) unit vector in the camera's frame, about, for want of
-        a pose; None = from this frame alone.
+    up: (3,) unit vector in the camera's frame, about, for want of a pose; None = from this frame
+        alone.
     prior: (3,) within 45° of which up is then.
     """
-    if pose is not None and survey.up_world is not None:
-        return _surveyed_supports(points, pose, survey, survey.up_world, settings)
+    found = _supports_in(points, survey, settings, up, prior)
+    if not any(support.plane.inliers.any() for support in found):
+        found = []
+    in_range = points.depth <= settings.max_range
+    is_on = in_range & on_supports(points, found, settings.noise)
+    return Supports(points, settings, found, is_on, in_range & ~is_on)
+
+
+def _supports_in(
+    points: Points,
+    survey: Survey,
+    settings: SegmentationSettings,
+    up: Array | None,
+    prior: Array,
+) -> list[Support]:
+    """Return the supports in view, lowest first; empty when there is none."""
+    if points.pose is not None and survey.up_world is not None:
+        return _surveyed_supports(points, points.pose, survey, survey.up_world, settings)
     surface = points.normals.reshape(-1, 3), votes_on_up(points, settings.max_range).ravel()
     if up is None:
         return _largest_supports(points, surface, survey.scene, settings, prior)

@@ -57,7 +57,7 @@ def largest_piece(inliers: Mask, reach: int = 2) -> Mask:
     """(h, w) bool: the largest part of a plane's inliers that has no gap of 1 + 2 reach points."""
     left, top, width, height = cv2.boundingRect(inliers.view(np.uint8))
     inside = inliers[top : top + height, left : left + width]
-    grown = cv2.copyMakeBorder(inside.view(np.uint8), *4 * [reach], cv2.BORDER_CONSTANT)
+    grown = np.pad(inside.view(np.uint8), reach)
     grown = cv2.dilate(grown, np.ones((1 + 2 * reach, 1 + 2 * reach), np.uint8))
     n_pieces, piece = cv2.connectedComponents(grown)
     if n_pieces <= 2:  # the background counts too

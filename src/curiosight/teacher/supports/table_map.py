@@ -89,12 +89,14 @@ def map_tables(
     *,
     min_area: float = 0.25,
     min_diagonal: float = 0.7,
+    density: float = 1.0,
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
 
     level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
     up: (3,) unit vector; floor: metres along it.
     min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
+    density: of the points seen, by that of frames of 320x240.
     """
     if len(seen) == 0:
         return ()
@@ -114,7 +116,7 @@ def map_tables(
         is_part = _is_upholstered_or_full(ground, height, top, cells, heights)
         is_thing = not is_part and _is_box(ground, height, top, cells, heights)
         tables.append(_table(ground, height, top, carries_objects=not is_part, is_thing=is_thing))
-    bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
+    bulky = _bulky_pieces(highest, n_points / density, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, carries_objects=False)
         for piece in bulky
@@ -255,7 +257,7 @@ def _bulky_pieces(
 ) -> list[Mask]:
     """Return what stands on the floor and is wider than objects are, such as a sofa's back.
 
-    highest, n_points: (rows, columns) of all surfaces over the floor.
+    highest, n_points: (rows, columns) of all surfaces over the floor, as frames of 320x240 have.
     max_height: metres; what is higher is a wall.
     """
     is_wall = grown(highest >= max_height, 0.12)
