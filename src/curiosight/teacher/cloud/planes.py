@@ -277,13 +277,14 @@ def _mark_inliers(
 
     heights, band: (h, w) metres. gap: (h, w) metres from the plane.
     """
-    middle, wider, total = np.float32(height), np.float32(NEAR_HEIGHT), 0.0
+    middle, wider, nothing = np.float32(height), np.float32(NEAR_HEIGHT), np.float32(0)
+    total = 0.0
     for v in range(heights.shape[0]):
         for u in range(heights.shape[1]):
             is_near = abs(heights[v, u] - middle) < wider + band[v, u]
             inliers[v, u] = is_near & (gap[v, u] < band[v, u])
         for u in range(heights.shape[1]):
-            total += area[v, u] if inliers[v, u] else np.float32(0)
+            total += np.float64(area[v, u] if inliers[v, u] else nothing)
     return total
 
 
