@@ -79,7 +79,7 @@ def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Arr
     boxes: (n, 3, 2) where they begin and end along two level axes and over their support.
     """
     camera_height = np.array([s.plane.offset for s in around.supports]).take(support)
-    aside = np.linalg.norm(boxes[:, :2].mean(axis=2), axis=1)
+    aside = np.hypot(*boxes[:, :2].sum(axis=2).T) / 2
     is_below: Array = aside < MAX_ASIDE * (camera_height - boxes[:, 2, 1])
     return is_below
 
@@ -140,7 +140,7 @@ def measure_things(
         boxes.tolist(),
         (ends[:, :3, 1] - ends[:, :3, 0]).tolist(),
         *ends[:, 3].T.tolist(),
-        ends[:, 4].mean(axis=1).tolist(),
+        (ends[:, 4].sum(axis=1) / 2).tolist(),
         (n_at_border > MAX_AT_BORDER * groups.sizes).tolist(),
         stands.tolist(),
         strict=True,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from curiosight.teacher.cloud.planes import MIN_FACING, Mask, noise_band
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.cloud.wall import Faces, Wall
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footing import Supports
 from curiosight.teacher.supports.slab import NOTHING
@@ -24,7 +25,7 @@ Array = npt.NDArray[Any]
 WALL_MARGIN = 0.05
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Surroundings:
     """What things are found in and judged against.
 
@@ -41,6 +42,11 @@ class Surroundings:
     kinds: Array
     is_wall: Mask
     free: Mask
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The walls in one piece."""
+        return Faces.of(self.walls)
 
     @property
     def is_support(self) -> Mask:
@@ -88,9 +94,9 @@ def _before_camera(points: Points, walls: Iterable[Wall]) -> list[Wall]:
     """Return walls of the world's frame in the camera's, those that face it."""
     if points.pose is None:
         return []
-    rotation = points.pose[:3, :3].T
-    seen = [moved(wall, rotation, -rotation @ points.pose[:3, 3]) for wall in walls]
-    return [wall for wall in seen if wall.offset > 0]
+    rotation, centre = points.pose[:3, :3].T, points.pose[:3, 3]
+    facing = [wall for wall in walls if wall.normal @ centre + wall.offset > 0]
+    return [moved(wall, rotation, -rotation @ centre) for wall in facing]
 
 
 def _over_tables(supports: Supports) -> Mask:
