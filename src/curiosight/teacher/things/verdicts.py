@@ -89,9 +89,18 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
 
 def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
     """Tell whether the camera looks down on a thing within 35° of straight down."""
-    middle = around.points.xyz_at(thing.members).mean(axis=0)
     up = around.supports[thing.support].plane.normal
-    return bool(-(up @ middle) > min_cosine * np.linalg.norm(middle))
+    cosine: float = _mean_cosine(around.points.xyz.reshape(-1, 3), thing.members, -up)
+    return cosine > min_cosine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
+    """Return the cosine between a (3,) unit vector and the mean of the points at (n,) places."""
+    total = np.zeros(3)
+    for point in where:
+        total += xyz[point]
+    return float((total * direction).sum() / np.sqrt((total * total).sum()))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
