@@ -174,7 +174,7 @@ def find_supports(
     """
     heights = np.empty_like(points.depth)
     rays, vertical = (points.depth, points.x, points.y), up.astype(np.float32)
-    _mark_level(*rays, points.normals, vertical, np.cos(max_normal_angle), max_range, heights)
+    _find_level(*rays, points.normals, vertical, np.cos(max_normal_angle), max_range, heights)
     found: list[tuple[float, Plane]] = []
     for _ in range(2 * max_supports):
         height, peak_area = _find_peak(heights, points.area, STEP)
@@ -196,7 +196,7 @@ def find_supports(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_level(
+def _find_level(
     depth: Array,
     x: Array,
     y: Array,

@@ -94,7 +94,7 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
     members, numbers, n_clusters = [], [], 0
     for leaf, tolerance in sorted({*kinds}):
         is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
-        where, xyz = _take_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
+        where, xyz = _places_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
         number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
         members.append(where)
         numbers.append(number + n_clusters)
@@ -104,7 +104,7 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _take_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
+def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
     """Return flat indices and float64 places, (n, 3), of the points that are over some supports.
 
     where: (m,) flat indices of those over any. carrier: (h * w,), see `find_things`. is_chosen:
