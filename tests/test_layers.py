@@ -31,7 +31,7 @@ STAIRS = (
     {"walls"},
     {"things"},
     {"segmented"},
-    {"labelling", "confidence", "turning"},
+    {"labelling", "confidence", "turning", "resizing"},
     {"teacher", "paper"},
     {"memory", "given"},
 )

@@ -19,6 +19,8 @@ Array = npt.NDArray[Any]
 # So many rows, and columns, are looked at: where two readings beside each other are equal in one
 # of them, they differ in another.
 N_LINES = 40
+# By so many changes the size is found, which all must then agree with.
+N_FITTED = 64
 # Fewer places where readings change tell nothing, such as the outlines of a few flat things.
 MIN_CHANGES = 32
 # Depth that was enlarged by less is taken as it is.
@@ -95,15 +97,14 @@ def _readings_of_columns(depth: Array) -> Array | None:
         return None
     n_most = min(int(n_least / (1 - MAX_EQUAL)), int(width / MIN_FACTOR))
     sizes = np.arange(n_least, n_most + 1)[:, None]
-    places = np.arange(width)
+    places, some = np.arange(width), changes[:: 1 + len(changes) // N_FITTED]
     # A pixel shows what is at its middle, or at its corner. Of two readings that this lies just
     # between programs take either, some now this and now that.
     for shift, below in product((1, 0), ((0,), (1,), (0, 1))):
-        fitting = _are_borders(changes, sizes, width, shift, below).mean(axis=1)
+        fitting = _are_borders(some, sizes, width, shift, below).mean(axis=1)
         size = int(sizes[np.argmax(fitting), 0])
-        if fitting.max() < MIN_FITTING:
-            continue
-        if np.mean(_are_borders(places, size, width, shift, below)) < MAX_BORDERS:
+        are_borders = _are_borders(places, size, width, shift, below)
+        if are_borders[changes].mean() >= MIN_FITTING and are_borders.mean() < MAX_BORDERS:
             first, last = (_shown(places, size, width, shift, one) for one in (below[0], below[-1]))
             return np.where(~is_change[:-1] & is_change[1:], last, first)
     return None
