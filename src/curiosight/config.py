@@ -50,7 +50,8 @@ class TeacherConfig:
     @property
     def is_depth(self) -> bool:
         """Tell whether depth says what an object is, with masks or without."""
-        return self.source == "depth" or self.source.startswith("depth+masks:")
+        kind, _, folder = self.source.partition(":")
+        return self.source == "depth" or (kind == "depth+masks" and bool(folder))
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ from curiosight.datasets.masks import CODES, check_greys, read_mask
 from curiosight.frame import Frame, Label
 from curiosight.teacher.given import find_mask_files
 
-KIND = "depth+masks"
 Regions = npt.NDArray[np.int32]
 
 

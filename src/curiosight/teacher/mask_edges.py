@@ -15,7 +15,10 @@ from curiosight.teacher.things.verdicts import Verdict
 Array = npt.NDArray[Any]
 # A region is an object's where so much of what depth knows in it belongs to that.
 MIN_OWNED = 0.6
-# With less, the mask is drawn loosely: what is open beside the object is likely not its own.
+# And it must be seen in so much of the whole: a window in which hardly anything has depth but the
+# edge of what stands before it is no object.
+MIN_SEEN = 0.3
+# With less owned, the mask is drawn loosely: what is open beside the object is likely not its own.
 MIN_TIGHT = 0.8
 # Of an object, so much in another one's region is a ragged edge.
 MAX_EDGE = 0.2
@@ -59,7 +62,8 @@ def _owners(found: Segmentation, regions: Array, is_object: Array) -> tuple[Arra
     counts = counts.reshape(n_clusters, n_regions)
     owner = counts.argmax(axis=0)
     share = counts.max(axis=0) / np.maximum(n_known, 1)
-    owner[share < MIN_OWNED] = 0
+    n_pixels = np.bincount(regions.ravel(), minlength=n_regions)
+    owner[(share < MIN_OWNED) | (counts.max(axis=0) < MIN_SEEN * n_pixels)] = 0
     owner[0] = 0
     is_edge = is_object[:, None] & (counts <= MAX_EDGE * counts.sum(axis=1, keepdims=True))
     return owner.astype(np.uint16), share >= MIN_TIGHT, is_edge & (owner > 0)
