@@ -37,7 +37,7 @@ def label_pixels(things: Things, depth: Depth) -> Segmentation:
     around = things.around
     labels = _label_of(things.clusters).take(things.number)
     labels[(around.is_support & (things.hollows == 0)) | around.is_wall] = Label.NOT_SALIENT
-    full = spread(
+    labels, found, number = spread(
         # One number a point, so that all that is told of it goes to the same pixels.
         ((things.number + things.hollows) << 16) | (_found(around).astype(np.int32) << 8) | labels,
         around.points.depth,
@@ -46,15 +46,13 @@ def label_pixels(things: Things, depth: Depth) -> Segmentation:
         max_depth=around.settings.max_range,
         beyond=Label.UNAVAILABLE,
     )
-    number = np.empty(full.shape, np.uint16)
-    np.right_shift(full, 16, out=number, casting="unsafe")
     return Segmentation(
-        full.astype(np.uint8),
+        labels,
         number,
         tuple(things.clusters),
         tuple(around.supports),
         tuple(around.walls),
-        found=(full >> 8).astype(np.uint8),
+        found=found,
     )
 
 

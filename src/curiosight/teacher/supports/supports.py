@@ -17,7 +17,8 @@ from curiosight.teacher.cloud.planes import (
     horizontal_axes,
     noise_band,
 )
-from curiosight.teacher.cloud.points import Points, ends, median
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.ranks import ends, median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
 from curiosight.teacher.supports.footprint import above_footprint, largest_piece
 from curiosight.teacher.supports.table_map import MARGIN

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import find_objects as find_windows
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
@@ -49,8 +48,8 @@ def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
 
     regions: (h, w) int32, instances of masks, see `part_along_masks`; None = there are none.
     """
-    free = around.free
-    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
+    free, points = around.free, around.points
+    bodies = connect_bodies(free, points.depth, around.settings.noise)
     things = find_things(divide(free, bodies, around), around)
     judged = _judged(things, bodies, around)
     if regions is not None:
@@ -65,15 +64,38 @@ def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
             carrier == place,
             free,
             support.heights,
-            around.points,
+            points,
             slab=support.settings.slab,
             noise=around.settings.noise,
         )
-    n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
-    windows = find_windows(number, max_label=len(judged))
-    measured = zip(judged, n_points, windows, strict=True)
-    clusters = [_cluster(*pair, n, window, around) for pair, n, window in measured]
-    return Things(around, clusters, number, _hollows(number, judged, windows, around))
+    extents = np.zeros((len(judged), 5), np.int64)
+    _measure_extents(number, extents)
+    measured = zip(judged, extents.tolist(), strict=True)
+    clusters = [_cluster(*pair, extent, around) for pair, extent in measured]
+    boxes = [
+        (place, extent[:4])
+        for place, extent in enumerate(extents.tolist(), start=1)
+        if clusters[place - 1].verdict is Verdict.OBJECT
+    ]
+    return Things(around, clusters, number, find_hollows(number, boxes, around.is_support, points))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure_extents(number: Array, extents: Array) -> None:
+    """Set (n, 5) u_min, v_min, u_max, v_max, ends exclusive, and the points of each number.
+
+    number: (h, w) from 1; 0 = none. extents: 0 before.
+    """
+    height, width = number.shape
+    for v in range(height):
+        for u in range(width):
+            if number[v, u] > 0:
+                extent = extents[number[v, u] - 1]
+                if extent[4] == 0:
+                    extent[0], extent[1] = u, v
+                extent[0], extent[2] = min(extent[0], u), max(extent[2], u + 1)
+                extent[3] = v + 1
+                extent[4] += 1
 
 
 def divide(free: Mask, bodies: Bodies, around: Surroundings) -> Array:
@@ -102,23 +124,6 @@ def _judged(
     whole = [thing for (thing, _), is_parted in zip(judged, parted, strict=True) if is_parted]
     others = [pair for pair, is_parted in zip(judged, parted, strict=True) if not is_parted]
     return [*others, *((thing, Verdict.OBJECT) for thing in part_touching(whole, around))]
-
-
-def _hollows(
-    number: Array,
-    judged: list[tuple[Thing, Verdict]],
-    windows: list[tuple[slice, slice]],
-    around: Surroundings,
-) -> Array:
-    """(h, w) int32 number of the object that a point of a support is inside of, 0 = none."""
-    boxes = [
-        (place, (columns.start, rows.start, columns.stop, rows.stop))
-        for place, ((_, verdict), (rows, columns)) in enumerate(
-            zip(judged, windows, strict=True), start=1
-        )
-        if verdict is Verdict.OBJECT
-    ]
-    return find_hollows(number, boxes, around.is_support, around.points)
 
 
 def _take_over(
@@ -182,22 +187,14 @@ def _divide(
             free[v, u] = not (is_under or is_over)
 
 
-def _cluster(
-    thing: Thing,
-    verdict: Verdict,
-    n_points: int,
-    window: tuple[slice, slice],
-    around: Surroundings,
-) -> Cluster:
-    """Return a thing as the rest of the program knows it; n_points, window: with its foot."""
+def _cluster(thing: Thing, verdict: Verdict, extent: list[int], around: Surroundings) -> Cluster:
+    """Return a thing as the rest of the program knows it; extent: its box and points, with feet."""
     stride, support = around.points.stride, around.supports[thing.support]
-    rows, columns = window
-    ends = columns.start, rows.start, columns.stop, rows.stop
-    u_min, v_min, u_max, v_max = (stride * end for end in ends)
+    u_min, v_min, u_max, v_max = (stride * end for end in extent[:4])
     return Cluster(
         verdict=verdict,
         box=(u_min, v_min, u_max, v_max),
-        n_pixels=n_points * stride**2,
+        n_pixels=extent[4] * stride**2,
         size=thing.size,
         distance=thing.distance,
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),
