@@ -18,12 +18,14 @@ from curiosight.teacher.segmented import (
     WALL,
     Segmentation,
 )
-from curiosight.teacher.supports.slab import on_supports, under_tables
+from curiosight.teacher.supports.slab import ON_FLOOR, ON_FURNITURE, ON_TABLE, under_tables
 from curiosight.teacher.things.objects import Things
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+CODE_OF_KIND = np.zeros(4, np.uint8)
+CODE_OF_KIND[[ON_FLOOR, ON_TABLE, ON_FURNITURE]] = [CODE_OF[k] for k in (FLOOR, TABLE, FURNITURE)]
 
 
 def label_pixels(things: Things, depth: Depth) -> Segmentation:
@@ -64,15 +66,9 @@ def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:
 
 def _found(around: Surroundings) -> Array:
     """(h, w) uint8, what `Segmentation.found` says, on the grid."""
-    points, is_support = around.points, around.is_support
-    found = np.zeros(points.depth.shape, np.uint8)
+    found = CODE_OF_KIND.take(around.kinds)
     tables = [support for support in around.supports if support.is_table]
-    found[under_tables(points, tables)] = CODE_OF[UNDER_TABLE]
-    found[is_support] = CODE_OF[FLOOR]
-    for carries, kind in ((True, TABLE), (False, FURNITURE)):
-        some = [table for table in tables if table.carries_objects is carries]
-        if some:
-            is_on = on_supports(points, some, around.settings.noise)
-            found[is_support & is_on] = CODE_OF[kind]
+    if tables:
+        found[under_tables(around.points, tables) & (found == 0)] = CODE_OF[UNDER_TABLE]
     found[around.is_wall] = CODE_OF[WALL]
     return found
