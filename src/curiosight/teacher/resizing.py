@@ -7,8 +7,10 @@ times. What is then seen is the small image: labels follow its readings.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.frame import Frame
@@ -67,12 +69,17 @@ def found_in_own_size(found: Segmentation, repeats: Repeats | None) -> Segmentat
         found,
         labels=repeats.pick(found.labels),
         cluster_of_pixel=repeats.pick(found.cluster_of_pixel),
-        found=None if found.found is None else repeats.pick(found.found),
+        found=None if found.found is None else picked(found.found, repeats),
         clusters=tuple(
             replace(cluster, n_pixels=round(cluster.n_pixels * per_pixel))
             for cluster in found.clusters
         ),
     )
+
+
+def picked(image: npt.NDArray[Any], repeats: Repeats | None) -> npt.NDArray[Any]:
+    """Return of an (H, W) image one pixel of each reading's block."""
+    return image if repeats is None else repeats.pick(image)
 
 
 def _enlarged(cluster: Cluster, repeats: Repeats) -> Cluster:

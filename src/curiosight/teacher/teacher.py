@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,10 +15,12 @@ from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.view import observe_view
 from curiosight.teacher.confidence import measure_confidence
 from curiosight.teacher.labelling import label_pixels
+from curiosight.teacher.mask_edges import follow_masks
 from curiosight.teacher.resizing import (
     found_in_own_size,
     in_full_size,
     in_own_size,
+    picked,
     repeats_in,
 )
 from curiosight.teacher.segmented import Segmentation
@@ -35,12 +38,19 @@ class Teacher:
     """Segment depth images of one recording (sec. II-A.2).
 
     survey: what was found about the recording as a whole, see `survey_recording`.
+    masks: of a frame's instances, (H, W) int32, 0 = none, which tell where objects end; or why
+        there are none. None = depth alone tells.
     """
 
     def __init__(
-        self, survey: Survey | None = None, settings: SegmentationSettings | None = None
+        self,
+        survey: Survey | None = None,
+        settings: SegmentationSettings | None = None,
+        *,
+        masks: Callable[[Frame], npt.NDArray[np.int32] | str] | None = None,
     ) -> None:
         self.survey = survey or Survey()
+        self.masks = masks
         self.settings = (settings or SegmentationSettings()).for_sensor(self.survey.noise)
 
     def segment(self, frame: Frame, *, up: Array | None = None) -> Segmentation:
@@ -60,9 +70,19 @@ class Teacher:
         n_turns, prior = self._held(frame, up)
         if up is not None:
             up = rotation_of(n_turns) @ up
-        upright = turn_frame(in_own_size(frame, repeats), n_turns)
-        found = self._segment_upright(upright, up, prior)
-        return in_full_size(turn_segmentation(replace(found, n_turns=0), -n_turns), repeats)
+        masks = self.masks(frame) if self.masks else None
+        regions = None if masks is None or isinstance(masks, str) else masks
+        found = self._segment_upright(
+            turn_frame(in_own_size(frame, repeats), n_turns),
+            up,
+            prior,
+            None if regions is None else np.rot90(picked(regions, repeats), n_turns),
+        )
+        lacks = masks if isinstance(masks, str) else None
+        found = turn_segmentation(replace(found, n_turns=0, lacks=lacks), -n_turns)
+        found = in_full_size(found, repeats)
+        # All pixels are looked at, since masks may be finer than depth.
+        return found if regions is None else follow_masks(found, regions, frame.depth)
 
     def repeats_in(self, frame: Frame) -> Repeats | None:
         """Return how a frame's depth repeats its readings; None where it does not."""
@@ -77,7 +97,9 @@ class Teacher:
         n_turns = turns_upright(prior if up is None else up)
         return n_turns, rotation_of(n_turns) @ prior
 
-    def _segment_upright(self, frame: Frame, up: Array | None, prior: Array) -> Segmentation:
+    def _segment_upright(
+        self, frame: Frame, up: Array | None, prior: Array, regions: Array | None
+    ) -> Segmentation:
         """Go down the stairs: each stage takes what the one before has found, and no more."""
         assert frame.depth is not None
         assert frame.camera is not None
@@ -90,7 +112,10 @@ class Teacher:
             problem = survey.doubt or "no support plane is in view"
             return Segmentation.of_nothing(frame, problem, settings.max_range)
         surroundings = find_surroundings(supports, survey.walls)
-        things = find_objects(surroundings)
+        stride = points.stride
+        things = find_objects(
+            surroundings, None if regions is None else regions[::stride, ::stride]
+        )
         return label_pixels(things, frame.depth)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:

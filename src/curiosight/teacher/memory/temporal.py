@@ -43,7 +43,8 @@ class TemporalTeacher:
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
-        self.teacher = Teacher(teacher.survey, replace(teacher.settings, stride=STRIDE))
+        settings = replace(teacher.settings, stride=STRIDE)
+        self.teacher = Teacher(teacher.survey, settings, masks=teacher.masks)
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
         self._tracker = UpTracker()
@@ -67,7 +68,8 @@ class TemporalTeacher:
         A frame without pose is not corrected: only which way is up is carried to the next.
         """
         repeats = self.teacher.repeats_in(frame)
-        if repeats is not None:
+        # Masks are as large as the image.
+        if repeats is not None and self.teacher.masks is None:
             return in_full_size(self.segment(in_own_size(frame, repeats)), repeats)
         pose = frame.T_world_camera
         if pose is None:
@@ -90,6 +92,9 @@ class TemporalTeacher:
             beyond=Label.UNAVAILABLE,
             is_one=True,
         )
+        if self.teacher.masks is not None:
+            # Where depth has holes, masks may have told more than memory can.
+            full = np.where(np.isnan(frame.depth), alone.labels, full)
         return replace(alone, labels=full)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
