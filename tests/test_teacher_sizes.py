@@ -137,6 +137,21 @@ def test_repeated_readings_are_seen_once(size: tuple[int, int], interpolation: i
         assert (where.max(axis=0) < (v_max, u_max)).all()
 
 
+def test_masks_part_things_of_repeated_readings_and_end_where_they_are_drawn() -> None:
+    large = enlarged(frame_at(camera_at(256, 192)), (640, 480), cv2.INTER_NEAREST)
+    assert large.depth is not None
+    alone = Teacher().segment(large)
+    regions = alone.instances().astype(np.int32)
+    # One more column, in which depth has no reading: as fine as colour, not as depth.
+    v, u = (int(place) for place in np.argwhere(regions == 1)[-1])
+    depth = large.depth.copy()
+    depth[v, u + 1] = np.nan
+    regions[v, u + 1] = 1
+    found = Teacher(masks=lambda frame: regions).segment(replace(large, depth=depth))
+    assert found.labels[v, u + 1] == Label.SALIENT
+    assert len(found.objects) == len(alone.objects) == 3
+
+
 def test_confidence_of_repeated_readings_is_theirs() -> None:
     own = frame_at(camera_at(256, 192))
     large = enlarged(own, (640, 480), cv2.INTER_NEAREST)

@@ -57,11 +57,12 @@ class Repeats:
     def pick(self, image: Array) -> Array:
         """Return of an (H, W) image the pixel in the middle of each reading's block."""
         rows, columns = (_middles(index) for index in (self.rows, self.columns))
-        return np.ascontiguousarray(image[rows][:, columns])
+        return image.take(rows, axis=0).take(columns, axis=1)
 
     def repeat(self, image: Array) -> Array:
         """Return an image of its own size with each pixel repeated as the reading is."""
-        return np.asarray(image[:, self.columns][self.rows])
+        # Indexing takes five times as long.
+        return image.take(self.columns, axis=1).take(self.rows, axis=0)
 
 
 def find_repeats(depth: Depth) -> Repeats:
