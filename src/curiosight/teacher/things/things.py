@@ -58,7 +58,7 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     if len(parts) == 0:
         return []
     support = carrier.take(parts.members[parts.start[:-1]])
-    places = _places(parts, support, around)
+    places = places_over(parts, support, around)
     boxes = parts.ends(places, [(axis, 0.02) for axis in range(3)])
     hovers = boxes[:, 2, 0] > _reach_of_foot(parts, places, support, around)
     hovers &= parts.hidden_shares(points.depth) < 0.4
@@ -68,9 +68,12 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < max_size
     thing = join_stacked(boxes, is_part, support)
     stands = np.bincount(thing, ~hovers | _are_below_camera(boxes, support, around)) > 0
-    carrier_of_thing = np.empty(len(stands), np.int8)
-    carrier_of_thing[thing] = support
-    return measure_things(parts.joined(thing), carrier_of_thing, stands, around)
+    if len(stands) < len(parts):
+        carrier_of_thing = np.empty(len(stands), np.int8)
+        carrier_of_thing[thing] = support
+        parts, support = parts.joined(thing), carrier_of_thing
+        places = places_over(parts, support, around)
+    return measure_things(parts, places, support, stands, around)
 
 
 def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Array:
@@ -94,7 +97,7 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
     members, numbers, n_clusters = [], [], 0
     for leaf, tolerance in sorted({*kinds}):
         is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
-        where, xyz = _places_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
+        where, xyz = _take_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
         number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
         members.append(where)
         numbers.append(number + n_clusters)
@@ -104,7 +107,7 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
+def _take_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
     """Return flat indices and float64 places, (n, 3), of the points that are over some supports.
 
     where: (m,) flat indices of those over any. carrier: (h * w,), see `find_things`. is_chosen:
@@ -121,13 +124,12 @@ def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> 
 
 
 def measure_things(
-    groups: Groups, support: Array, stands: Array, around: Surroundings
+    groups: Groups, places: Array, support: Array, stands: Array, around: Surroundings
 ) -> list[Thing]:
     """Return the groups that are large enough as things.
 
-    support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
+    places: see `places_over`. support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
     """
-    places = _places(groups, support, around)
     ends = groups.ends(places, [(0, 0.01), (1, 0.01), (2, 0.01), (2, 0.1), (3, 0.5)])
     # What is below the support, by noise, adds nothing to the height.
     ends[:, 2, 0] = np.maximum(ends[:, 2, 0], 0)
@@ -151,9 +153,8 @@ def measure_things(
     ]
 
 
-def are_standing(groups: Groups, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) bool: reach down to their supports, the (n_groups,) places in `supports`."""
-    places = _places(groups, support, around)
+def are_standing(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) bool: reach down to their supports; the arguments as in `measure_things`."""
     lowest = groups.ends(places, [(2, 0.02)])[:, 0, 0]
     stands: Array = lowest <= _reach_of_foot(groups, places, support, around)
     return stands
@@ -167,7 +168,7 @@ def _reach_of_foot(groups: Groups, places: Array, support: Array, around: Surrou
     return reach
 
 
-def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
+def places_over(groups: Groups, support: Array, around: Surroundings) -> Array:
     """(n, 4) metres of the members along two level axes, over their group's support, along z."""
     planes = np.array([[*s.plane.normal, s.plane.offset] for s in around.supports])
     places = np.empty((len(groups.members), 4), np.float32)
@@ -179,7 +180,7 @@ def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
 def _place(
     xyz: Array, members: Array, start: Array, support: Array, planes: Array, places: Array
 ) -> None:
-    """Set what `_places` returns; xyz: (h * w, 3). planes: (n_supports, 4) normals and offsets."""
+    """Set what `places_over` returns; xyz: (h * w, 3). planes: (n_supports, 4), normal, offset."""
     to_place = np.zeros((4, 3), np.float32)
     for group in range(len(support)):
         plane = planes[support[group]]

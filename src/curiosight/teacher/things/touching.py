@@ -16,7 +16,7 @@ from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.meetings import TOUCHING, Patches
 from curiosight.teacher.things.patches import find_patches
-from curiosight.teacher.things.things import Thing, measure_things
+from curiosight.teacher.things.things import Thing, measure_things, places_over
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 from curiosight.teacher.walls.surroundings import Surroundings
 
@@ -58,7 +58,9 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     support_of_object = np.empty(object_of_patch.max() + 1, np.int64)
     support_of_object[object_of_patch] = support
     objects = whole.joined(object_of_patch)
-    return measure_things(objects, support_of_object, np.ones(len(objects), np.bool_), around)
+    places = places_over(objects, support_of_object, around)
+    stands = np.ones(len(objects), np.bool_)
+    return measure_things(objects, places, support_of_object, stands, around)
 
 
 def _over_supports(
