@@ -184,10 +184,14 @@ def _place(
     to_place = np.zeros((4, 3), np.float32)
     for group in range(len(support)):
         plane = planes[support[group]]
-        to_place[:3, 0], to_place[:3, 1] = horizontal_axes(plane[:3])
-        to_place[:, 2] = plane
+        right, forward = horizontal_axes(plane[:3])
+        for axis in range(3):
+            to_place[axis, 0], to_place[axis, 1] = right[axis], forward[axis]
+        for axis in range(4):
+            to_place[axis, 2] = plane[axis]
         for place in range(start[group], start[group + 1]):
-            x, y, z = xyz[members[place]]
+            point = members[place]
+            x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
             for axis in range(3):
                 sideways = x * to_place[0, axis] + y * to_place[1, axis]
                 places[place, axis] = sideways + z * to_place[2, axis] + to_place[3, axis]

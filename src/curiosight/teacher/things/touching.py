@@ -35,7 +35,7 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     thing: Array = np.zeros(around.points.depth.shape, np.int32)
     for number, one in enumerate(things, start=1):
         thing.ravel()[one.members] = number
-    thing = thing[box]
+    thing = np.ascontiguousarray(thing[box])
     patch = find_patches(thing, points, noise)
     # A thing without a patch stays in one piece.
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
@@ -136,39 +136,38 @@ def _join_small(touching: Array, sizes: Array, whose: Array, least: float, paren
 
     touching: (n, n) pairs of neighbours. sizes: (n,) points of each patch. whose: (n,) thing.
     """
-    is_done = False
-    while not is_done:
-        is_done, number = True, number_sets(parent)
-        total = np.zeros(number.max() + 1, np.int64)
-        for one in range(len(sizes)):
-            total[number[one]] += sizes[one]
-        for small in np.argsort(total, kind="mergesort"):
-            first, other = _most_touching(touching, whose, number, total, small)
-            if total[small] < least and other >= 0:
-                join_nodes(parent, first, other)
-                is_done = False
-                break
+    while True:
+        number, total = number_sets(parent), np.zeros(len(parent), np.int64)
+        for patch in range(len(sizes)):
+            total[number[patch]] += sizes[patch]
+        small, other = -1, -1
+        for patch in range(len(sizes)):
+            # The smallest set first; of those as small the first.
+            is_next = small < 0 or total[number[patch]] < total[number[small]]
+            if is_next and total[number[patch]] < least:
+                beside = _most_touching(touching, whose, number, total, patch)
+                if beside >= 0:
+                    small, other = patch, beside
+        if small < 0:
+            return
+        join_nodes(parent, small, other)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _most_touching(
-    touching: Array, whose: Array, number: Array, total: Array, small: int
-) -> tuple[int, int]:
-    """Return the first patch of a set, and that of another in its thing that touches it most.
+def _most_touching(touching: Array, whose: Array, number: Array, total: Array, patch: int) -> int:
+    """Return a patch of another set in the same thing that this patch's set touches most.
 
-    Of those that touch it as much, or not, it is that of the largest set; -1 = there is none.
+    Of those that it touches as much, or not, it is one of the largest set; -1 = there is none.
     number: (n,) set of each patch. total: points of each set. The rest as in `_join_small`.
     """
-    shared = np.zeros(len(number), np.int64)
-    first, best = -1, -1
-    for one in range(len(number)):
-        if number[one] == small:
-            first = one if first < 0 else first
-            shared += touching[one]
+    best, most = -1, 0
     for other in range(len(number)):
-        if number[other] == small or whose[other] != whose[first]:
+        if number[other] == number[patch] or whose[other] != whose[patch]:
             continue
-        here = shared[other], total[number[other]]
-        if best < 0 or here >= (shared[best], total[number[best]]):
-            best = other
-    return first, best
+        shared = 0
+        for one in range(len(number)):
+            shared += touching[one, other] if number[one] == number[patch] else 0
+        is_same = shared == most and best >= 0 and total[number[other]] >= total[number[best]]
+        if best < 0 or shared > most or is_same:
+            best, most = other, shared
+    return best

@@ -97,10 +97,11 @@ def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
     """Return the cosine between a (3,) unit vector and the mean of the points at (n,) places."""
-    total = np.zeros(3)
+    x, y, z = 0.0, 0.0, 0.0
     for point in where:
-        total += xyz[point]
-    return float((total * direction).sum() / np.sqrt((total * total).sum()))
+        x, y, z = x + xyz[point, 0], y + xyz[point, 1], z + xyz[point, 2]
+    along = x * direction[0] + y * direction[1] + z * direction[2]
+    return float(along / np.sqrt(x * x + y * y + z * z))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
