@@ -76,7 +76,7 @@ class Segmenting:
                     grey = np.rint(255 * sure).astype(np.uint8)
                     self._out.write_image(f"confidence/{frame.id}.png", grey)
                 self._objects[frame.id] = describe_objects(instances, segmentation.objects)
-                self.problems.add(frame, segmentation.problem)
+                self.problems.add_told(frame, segmentation)
                 yield frame, segmentation
 
     def finish(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR
 from curiosight.teacher.cloud.view import observe_view
 from curiosight.teacher.confidence import measure_confidence
 from curiosight.teacher.labelling import label_pixels
+from curiosight.teacher.mask_edges import follow_masks
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footing import find_footing
@@ -28,12 +30,19 @@ class Teacher:
     """Segment depth images of one recording (sec. II-A.2).
 
     survey: what was found about the recording as a whole, see `survey_recording`.
+    masks: of a frame's instances, (H, W) int32, 0 = none, which tell where objects end; or why
+        there are none. None = depth alone tells.
     """
 
     def __init__(
-        self, survey: Survey | None = None, settings: SegmentationSettings | None = None
+        self,
+        survey: Survey | None = None,
+        settings: SegmentationSettings | None = None,
+        *,
+        masks: Callable[[Frame], npt.NDArray[np.int32] | str] | None = None,
     ) -> None:
         self.survey = survey or Survey()
+        self.masks = masks
         self.settings = (settings or SegmentationSettings()).for_sensor(self.survey.noise)
 
     def segment(self, frame: Frame, *, up: Array | None = None) -> Segmentation:
@@ -52,8 +61,11 @@ class Teacher:
         n_turns, prior = self._held(frame, up)
         if up is not None:
             up = rotation_of(n_turns) @ up
-        found = self._segment_upright(turn_frame(frame, n_turns), up, prior)
-        return turn_segmentation(replace(found, n_turns=0), -n_turns)
+        masks = self.masks(frame) if self.masks else None
+        regions = None if masks is None or isinstance(masks, str) else np.rot90(masks, n_turns)
+        found = self._segment_upright(turn_frame(frame, n_turns), up, prior, regions)
+        lacks = masks if isinstance(masks, str) else None
+        return turn_segmentation(replace(found, n_turns=0, lacks=lacks), -n_turns)
 
     def _held(self, frame: Frame, up: Array | None) -> tuple[int, Array]:
         """Return the quarter turns that put a frame upright, and about where up is then."""
@@ -64,7 +76,9 @@ class Teacher:
         n_turns = turns_upright(prior if up is None else up)
         return n_turns, rotation_of(n_turns) @ prior
 
-    def _segment_upright(self, frame: Frame, up: Array | None, prior: Array) -> Segmentation:
+    def _segment_upright(
+        self, frame: Frame, up: Array | None, prior: Array, regions: Array | None
+    ) -> Segmentation:
         """Go down the stairs: each stage takes what the one before has found, and no more."""
         assert frame.depth is not None
         assert frame.camera is not None
@@ -77,8 +91,12 @@ class Teacher:
             problem = survey.doubt or "no support plane is in view"
             return Segmentation.of_nothing(frame, problem, settings.max_range)
         surroundings = find_surroundings(supports, survey.walls)
-        things = find_objects(surroundings)
-        return label_pixels(things, frame.depth)
+        stride = points.stride
+        things = find_objects(
+            surroundings, None if regions is None else regions[::stride, ::stride]
+        )
+        found = label_pixels(things, frame.depth)
+        return found if regions is None else follow_masks(found, regions, frame.depth)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: how sure the labels of a frame are, see `measure_confidence`."""

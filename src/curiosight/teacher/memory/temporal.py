@@ -41,7 +41,8 @@ class TemporalTeacher:
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
-        self.teacher = Teacher(teacher.survey, replace(teacher.settings, stride=STRIDE))
+        settings = replace(teacher.settings, stride=STRIDE)
+        self.teacher = Teacher(teacher.survey, settings, masks=teacher.masks)
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
         self._tracker = UpTracker()
@@ -84,6 +85,9 @@ class TemporalTeacher:
             beyond=Label.UNAVAILABLE,
             is_one=True,
         )
+        if self.teacher.masks is not None:
+            # Where depth has holes, masks may have told more than memory can.
+            full = np.where(np.isnan(frame.depth), alone.labels, full)
         return replace(alone, labels=full)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
