@@ -122,8 +122,8 @@ def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> A
     # The axis that is farther away: along the first there may be none.
     far, votes, axes = np.zeros(3), np.zeros((35, 35)), np.empty((2, 3), np.float32)
     far[0 if abs(prior[0]) < 0.9 else 1] = 1
-    side = _across(prior, far)
-    other = _across(prior, side)
+    side = across(prior, far)
+    other = across(prior, side)
     for axis in range(3):
         axes[0, axis], axes[1, axis] = side[axis] / step, other[axis] / step
     _vote(normals, area, axes, votes[1:-1, 1:-1])
@@ -142,14 +142,14 @@ def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> A
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _across(one: Array, other: Array) -> Array:
+def across(one: Array, other: Array) -> Array:
     """Return the (3,) unit vector at right angles to both."""
     x = one[1] * other[2] - one[2] * other[1]
     y = one[2] * other[0] - one[0] * other[2]
     z = one[0] * other[1] - one[1] * other[0]
-    across = np.array([x, y, z])
-    _scale(across)
-    return across
+    found = np.array([x, y, z])
+    _scale(found)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

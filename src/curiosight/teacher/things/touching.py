@@ -120,12 +120,15 @@ def _join_around(
     """
     if not hollows.any():
         return
-    n_pieces, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+    is_in = (hollows > 0).astype(np.uint8)
+    _, piece, stats, _ = cv2.connectedComponentsWithStats(is_in, connectivity=4)
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    for one in range(1, n_pieces):
-        is_hollow = piece == one
+    for one, (left, top, width, height, _) in enumerate(stats[1:].tolist(), start=1):
+        rows = slice(max(0, top - reach), top + height + reach)
+        part = rows, slice(max(0, left - reach), left + width + reach)
+        is_hollow = piece[part] == one
         is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
-        wall = np.unique(patch[is_beside & (thing == hollows[is_hollow][0])]) - 1
+        wall = np.unique(patch[part][is_beside & (thing[part] == hollows[part][is_hollow][0])]) - 1
         for other in wall[1:]:
             join_nodes(parent, int(wall[0]), int(other))
 
