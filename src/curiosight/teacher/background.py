@@ -15,6 +15,7 @@ from curiosight.teacher.cloud.planes import Mask, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 # A surface turned farther away from a plane than this cosine tells is no part of it.
@@ -29,12 +30,13 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ma
     everywhere = np.ones(points.depth.shape, np.bool_)
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
-        is_known = support.core is not None and support.extent is not None
+        is_known = support.core is not None or support.kind is Kind.DOUBTFUL
+        is_known &= support.extent is not None
         _mark_on(
             points.depth,
             points.normals,
             support.heights,
-            support.extent if is_known else everywhere,
+            support.extent if is_known and support.extent is not None else everywhere,
             support.plane.normal.astype(np.float32),
             support.settings.slab,
             noise,

@@ -19,8 +19,7 @@ from curiosight.teacher.confidence import measure_confidence
 from curiosight.teacher.segmented import (
     CODE_OF,
     FLOOR,
-    FURNITURE,
-    TABLE,
+    FOUND_AS,
     UNDER_TABLE,
     WALL,
     Segmentation,
@@ -104,6 +103,8 @@ class Teacher:
         hollows = _hollows(number, clusters, is_support, points)
         labels = _label_of(clusters).take(number)
         labels[(is_support & (hollows == 0)) | is_wall] = Label.NOT_SALIENT
+        doubtful = [support for support in supports if not support.kind.is_background]
+        labels[is_support & on_supports(points, doubtful, self.settings.noise)] = Label.UNKNOWN
         found = self._found(points, supports, is_support, is_wall)
         number += hollows
         labels, number, found = _at_full_size(
@@ -128,10 +129,10 @@ class Teacher:
         tables = [support for support in supports if support.is_table]
         found[under_tables(points, tables)] = CODE_OF[UNDER_TABLE]
         found[is_support] = CODE_OF[FLOOR]
-        for carries, kind in ((True, TABLE), (False, FURNITURE)):
-            some = [table for table in tables if table.carries_objects is carries]
+        for kind, what in FOUND_AS.items():
+            some = [table for table in tables if table.kind is kind]
             if some:
-                found[is_support & on_supports(points, some, self.settings.noise)] = CODE_OF[kind]
+                found[is_support & on_supports(points, some, self.settings.noise)] = CODE_OF[what]
         found[is_wall] = CODE_OF[WALL]
         return found
 

@@ -154,6 +154,7 @@ def _tables_at(
         np.concatenate(seen),
         up,
         floor,
+        max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
     )

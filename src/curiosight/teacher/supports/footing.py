@@ -64,8 +64,8 @@ def _surveyed_supports(
         KnownTable(
             camera_height - table.height,
             table.inset_of(points, pose),
-            table.carries_objects,
-            table.is_thing,
+            table.core,
+            table.kind,
         )
         for table in survey.tables
         if camera_height is not None and table.is_in_view(points, pose, settings.max_range)

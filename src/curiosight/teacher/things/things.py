@@ -22,6 +22,8 @@ Array = npt.NDArray[Any]
 APART = 1000.0
 # What covers fewer pixels than this is noise, not a part of a thing.
 MIN_PART_PX = 60
+# Share of a thing's points that are low enough for it to stand; what a part needs is enough.
+MIN_FOOT_SHARE = 0.02
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
 MAX_ASIDE = 0.7
 
@@ -73,8 +75,9 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     if len(parts) == 0:
         return []
     support = carrier.take(parts.members[parts.start[:-1]])
-    boxes = parts.ends(_places(parts, support, around), 0.02)
-    hovers = boxes[:, 2, 0] > _reach_of_foot(parts, support, around)
+    places = _places(parts, support, around)
+    boxes = parts.ends(places, 0.02)
+    hovers = ~_reach_down(parts, places[:, 2], support, around)
     hovers &= parts.hidden_shares(points.depth) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & ~_is_cut(parts, around.border)
@@ -150,18 +153,22 @@ def measure_things(
 
 def are_standing(groups: Groups, support: Array, around: Surroundings) -> Array:
     """(n_groups,) bool: reach down to their supports, the (n_groups,) places in `supports`."""
-    lowest = groups.ends(_places(groups, support, around)[:, 2:], 0.02)[:, 0, 0]
-    stands: Array = lowest <= _reach_of_foot(groups, support, around)
-    return stands
+    return _reach_down(groups, _places(groups, support, around)[:, 2], support, around)
 
 
-def _reach_of_foot(groups: Groups, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) metres over a support up to which what begins there stands on it."""
+def _reach_down(groups: Groups, heights: Array, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) bool: have a foot, of which thin legs are a small share.
+
+    heights: (n,) metres of the members over the (n_groups,) places in `supports`.
+    """
     depth = around.points.depth.take(groups.members)
     mean_depth = np.add.reduceat(depth, groups.start[:-1]) / groups.sizes
     slab = np.array([s.settings.slab for s in around.supports]).take(support)
-    reach: Array = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
-    return reach
+    reach = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
+    n_low = groups.count(heights <= np.repeat(reach, groups.sizes))
+    n_least = np.minimum(MIN_FOOT_SHARE * groups.sizes, MIN_PART_PX / around.points.stride**2)
+    stands: Array = n_low > n_least
+    return stands
 
 
 def _places(groups: Groups, support: Array, around: Surroundings) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.teacher.cloud.planes import Mask
+from curiosight.teacher.cloud.planes import Mask, horizontal_axes
 from curiosight.teacher.cloud.points import Points, ends
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
@@ -63,7 +63,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.CUT
     if hypot(*thing.size) < limits.min_size:
         return Verdict.SMALL
-    if hypot(*thing.size) > limits.max_size or hypot(*thing.size[:2]) > limits.max_width:
+    if not _fits(thing, support, around.points):
         return Verdict.LARGE
     if _is_sparse(thing, around.points):
         return Verdict.SPARSE
@@ -85,6 +85,32 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     if thing.top < least * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
+
+
+def _fits(thing: Thing, support: Support, points: Points, *, n_headings: int = 9) -> bool:
+    """Tell whether the smallest upright box around a thing is no larger than objects are.
+
+    The camera's axes are tried first, then others.
+    """
+    limits, height = support.settings, thing.size[2]
+
+    def is_in_size(width: float, length: float) -> bool:
+        across = hypot(width, length)
+        return across <= limits.max_width and hypot(across, height) <= limits.max_size
+
+    if is_in_size(*thing.size[:2]):
+        return True
+    # Across its diagonal the box of a thing is at most so much larger.
+    if hypot(*thing.size[:2]) > np.sqrt(2) * limits.max_width:
+        return False
+    places = points.xyz_at(thing.members) @ np.stack(horizontal_axes(support.plane.normal), axis=1)
+    for heading in np.pi / 2 * np.arange(1, n_headings) / n_headings:
+        cos, sin = np.cos(heading), np.sin(heading)
+        turned = places @ np.array([[cos, -sin], [sin, cos]], np.float32)
+        width, length = (float(np.ptp(ends(along, 0.02))) for along in turned.T)
+        if is_in_size(width, length):
+            return True
+    return False
 
 
 def _is_from_above(xyz: Array, support: Support, *, min_cosine: float = 0.82) -> bool:
@@ -143,7 +169,7 @@ def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
     if support.is_table or table.extent is None or table.skirt is None:
         return False
     share = _share_in(table.skirt, thing)
-    if not table.carries_objects:
+    if not table.kind.carries_objects:
         return share > 0.7 or _share_in(table.extent, thing) > 0.03
     if share <= 0.2:
         return False
