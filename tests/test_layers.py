@@ -30,8 +30,8 @@ STAIRS = (
     {"supports"},
     {"walls"},
     {"things"},
-    {"background", "segmented"},
-    {"confidence", "turning"},
+    {"segmented"},
+    {"labelling", "confidence", "turning"},
     {"teacher", "paper"},
     {"memory", "given"},
 )

@@ -11,18 +11,18 @@ import pytest
 
 from curiosight.frame import Pose
 from curiosight.teacher import SegmentationSettings
-from curiosight.teacher.background import on_supports
 from curiosight.teacher.cloud.planes import Plane, Surface, facing, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.settings import FLOOR, TABLE
+from curiosight.teacher.supports.slab import on_supports
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.supports.table_map import Table
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.objects import _take_over
-from curiosight.teacher.things.things import Surroundings
 from curiosight.teacher.things.verdicts import _walls_at
 from curiosight.teacher.walls.headings import Headings, _sum_around, _vote
+from curiosight.teacher.walls.surroundings import Surroundings
 from curiosight.teacher.walls.wall_map import _are_in_view, recognise
 from room import look
 from scenes import CAMERA, kinect_noise, see
@@ -119,8 +119,10 @@ def test_points_over_a_support_are_taken_and_those_under_it_dropped(
     free = points.depth < 4
     bodies = connect_bodies(free, points.depth, NOISE)
     supports = [table] if is_lowest else [floor, table]
-    border = np.zeros(free.shape, np.bool_)
-    around = Surroundings(points, supports, [], border, SegmentationSettings())
+    nowhere = np.zeros(free.shape, np.bool_)
+    around = Surroundings(
+        points, supports, [], nowhere, SegmentationSettings(), nowhere, nowhere, free
+    )
     carrier = np.full(free.shape, -1, np.int8)
     for place, support in reversed(list(enumerate(supports))):
         expected = taken_over(free, bodies, support, points, is_lowest=support is supports[0])

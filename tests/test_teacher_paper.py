@@ -22,7 +22,7 @@ from curiosight.teacher import (
     Segmentation,
     Verdict,
 )
-from curiosight.teacher.background import border_mask
+from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.paper.paper_settings import PAPER_TABLE
 from curiosight.teacher.paper.paper_teacher import kd_tree_clusters
 from curiosight.teacher.things.clusters import euclidean_clusters

@@ -149,13 +149,12 @@ def links_by_definition(surface: Surface, where: set[Cell]) -> Array:
 @given(SEEDS)
 def test_links_join_what_goes_on_without_a_crease(seed: int) -> None:
     surface = some_surface(seed)
-    where = np.flatnonzero(surface.thing)
     cells = {(int(v), int(u)) for v, u in zip(*np.nonzero(surface.thing), strict=True)}
     parent = np.arange(SIZE)
-    _link(where, surface.thing, *surface.rows, surface.tolerance, MIN_COSINE, REACH, parent)
+    _link(surface.thing, *surface.rows, surface.tolerance, MIN_COSINE, REACH, parent)
     expected = components(links_by_definition(surface, cells))
     np.testing.assert_array_equal(number_sets(parent), expected)
-    assert not len(where) or expected.max() < SIZE - 1
+    assert not len(cells) or expected.max() < SIZE - 1
 
 
 @settings(max_examples=60, deadline=None)
@@ -200,7 +199,7 @@ def grown_by_queue(surface: Surface, slack: float) -> Array:
 @given(SEEDS, st.sampled_from([0.5, 2.0, np.inf]))
 def test_patches_grow_like_a_flood(seed: int, slack: float) -> None:
     surface = some_surface(seed)
-    patch, queue = surface.patch.copy(), np.empty(SIZE, np.int64)
+    patch, queue = surface.patch.copy(), np.empty((SIZE, 2), np.int32)
     _grow(surface.thing, surface.depth, surface.tolerance, slack, queue, patch)
     np.testing.assert_array_equal(patch, grown_by_queue(surface, slack))
     assert not patch[surface.thing == 0].any()

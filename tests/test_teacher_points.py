@@ -177,10 +177,15 @@ def test_holes_and_depth_steps_have_no_normal() -> None:
 def spread_cells(
     depth: npt.NDArray[np.float32], stride: int, max_depth: float = np.inf
 ) -> npt.NDArray[np.int32]:
-    """Number of the grid's cell that each pixel takes, -1 = none."""
+    """Number of the grid's cell that each pixel takes, -1 = none; fewer than 255 cells."""
     coarse = np.ascontiguousarray(depth[::stride, ::stride])
-    cells = np.arange(coarse.size, dtype=np.int32)
-    return spread(cells, coarse, depth, stride, max_depth=max_depth, beyond=-1)
+    cells = np.arange(coarse.size, dtype=np.int32).reshape(coarse.shape)
+    packed = cells + ((cells // 2) << 8) + ((cells // 3) << 16)
+    low, middle, high = spread(packed, coarse, depth, stride, max_depth=max_depth, beyond=0xFF)
+    number = np.where(low == 0xFF, -1, low.astype(np.int32))
+    np.testing.assert_array_equal(middle, np.where(number < 0, 0, number // 2))
+    np.testing.assert_array_equal(high, np.where(number < 0, 0, number // 3))
+    return number
 
 
 @settings(max_examples=25, deadline=None)

@@ -18,7 +18,7 @@ from curiosight.teacher import (
     Teacher,
     Verdict,
 )
-from curiosight.teacher.background import border_mask
+from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.segmented import CODE_OF, DOUBTED
 from curiosight.teacher.supports.table_map import CELL, Table
 from room import ROOM, Box, look, render

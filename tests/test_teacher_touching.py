@@ -14,12 +14,13 @@ from scipy import ndimage
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher import TABLE, Segmentation, SegmentationSettings, Survey, Teacher
-from curiosight.teacher.background import border_mask
 from curiosight.teacher.cloud.points import Points, observe_points
+from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.things.hollows import find_hollows
-from curiosight.teacher.things.things import Surroundings, Thing, find_things
+from curiosight.teacher.things.things import Thing, find_things
 from curiosight.teacher.things.touching import _join_around, part_touching
 from curiosight.teacher.things.union import number_sets
+from curiosight.teacher.walls.surroundings import Surroundings
 from room import Box, View, look
 from scenes import CAMERA, TABLE_TOP, WALL, kinect_noise, see
 
@@ -218,9 +219,10 @@ def things_on_table(*boxes: Box, noise: int | None = None) -> tuple[list[Thing],
     found, points = segment(frame), observe_points(frame.depth, CAMERA)
     border = border_mask(CAMERA, points.stride, 10)
     support = found.supports[-1]
-    around = Surroundings(points, [support], [], border, FINE)
     assert support.extent is not None
+    nowhere = np.zeros(border.shape, np.bool_)
     free = support.extent & (support.heights > 0.02) & ~border
+    around = Surroundings(points, [support], [], border, FINE, nowhere, nowhere, free)
     return find_things(np.where(free, 0, -1).astype(np.int8), around), around
 
 

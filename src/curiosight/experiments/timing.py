@@ -16,11 +16,19 @@ import numpy as np
 from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.experiments.components import make_learner, make_teacher, place
+from curiosight.experiments.components import (
+    make_learner,
+    make_teacher,
+    place,
+    survey_dataset,
+)
 from curiosight.frame import Frame
-from curiosight.learner.learner import Description, Labels, fit_labels
+from curiosight.learner.learner import Description, Labels, Teaches, fit_labels
 
-STAGES = ("segment", "describe", "predict", "learn")
+STAGES = ("segment", "segment_memory", "describe", "predict", "learn", "map", "step")
+# Of a model that has learned, and of the model's features alone.
+WITH_FOREST = frozenset({"predict", "learn", "map", "step"})
+WITH_DESCRIPTION = frozenset({"describe", "predict", "learn"})
 
 
 class StageTimes:
@@ -62,11 +70,14 @@ def one_thread() -> Iterator[None]:
 class Timing:
     """Time the stages on evenly spaced frames of a recording.
 
-    The teacher takes every frame by itself, without memory of others; the learner's buffer is
-    full, as late in a long run. Decoding is not counted.
+    `segment` takes every frame by itself. `segment_memory` and, where the settings say so, `step`
+    remember what the survey's frames showed, and the frames timed before. The learner's buffer
+    is full, as late in a long run. Decoding is not counted.
 
-    stages: of `STAGES`, those to time. n_frames: of fewer, all.
-    learner: what is timed, without a teacher; trained where predict or learn is timed.
+    stages: of `STAGES`, those to time; None = all that the recording has what they need for.
+    n_frames: of fewer, all.
+    learner: what is timed; trained where a stage needs it. Its teacher is that of `step`.
+    left_out: why a stage is not timed, of those that there are.
     """
 
     def __init__(
@@ -75,23 +86,52 @@ class Timing:
         dataset: Dataset,
         *,
         n_frames: int = 40,
-        stages: Sequence[str] = STAGES,
+        stages: Sequence[str] | None = None,
     ) -> None:
         if n_frames < 1:
             raise ValueError(f"frames: expected 1 or more, got {n_frames}")
-        if not stages or not set(stages) <= set(STAGES):
+        if stages is not None and not (stages and set(stages) <= set(STAGES)):
             raise ValueError(f"stage: expected {', '.join(STAGES)}, got {', '.join(stages)!r}")
         self.config = replace(config, run=replace(config.run, n_threads=1))
-        self.times = {stage: StageTimes() for stage in STAGES if stage in stages}
-        self.teacher = make_teacher(self.config, dataset)
-        self.learner = make_learner(self.config, None)
         self._dataset = dataset
         self._timed = _spread(n_frames, len(dataset))
+        self.left_out: dict[str, str] = {}
+        no_memory = self._no_memory()
+        if no_memory and "segment_memory" in (stages or ()):
+            raise ValueError(f"stage: expected another than segment_memory: {no_memory}")
+        if no_memory and stages is None:
+            self.left_out["segment_memory"] = no_memory
+        chosen = set(STAGES if stages is None else stages) - self.left_out.keys()
+        self.times = {stage: StageTimes() for stage in STAGES if stage in chosen}
+        self._make_teachers()
         # The more frames the rows are of, the larger the trees, and the longer they take.
         n_filling = -(-config.forest.max_samples // config.learner.n_pixels)
-        has_forest = not {"predict", "learn"}.isdisjoint(stages)
-        self._filling = _spread(n_filling, len(dataset)) if has_forest else []
+        self._filling = _spread(n_filling, len(dataset)) if chosen & WITH_FOREST else []
         self._image: tuple[int, int] | None = None
+        self.n_timed = 0
+
+    def _no_memory(self) -> str | None:
+        """Return why no teacher can remember this recording; None = one can."""
+        if self.config.teacher.pipeline == "paper":
+            return "the paper's teacher has no memory"
+        if self.config.teacher.source != "depth":
+            return "only the teacher depth has a memory"
+        if all(self._dataset.poses[index] is None for index in self._timed):
+            return "the recording has no poses"
+        return None
+
+    def _make_teachers(self) -> None:
+        """Make what labels frames: alone, with memory, and what the learner hears."""
+        config, dataset = self.config, self._dataset
+        survey = survey_dataset(config, dataset)
+        self.teacher = make_teacher(config, dataset, survey)
+
+        def remembering() -> Teaches:
+            return make_teacher(config, dataset, survey, temporal=True)
+
+        self._memory = remembering() if "segment_memory" in self.times else None
+        recalls = "step" in self.times and config.teacher.temporal and self._no_memory() is None
+        self.learner = make_learner(config, remembering() if recalls else self.teacher)
 
     def __len__(self) -> int:
         """Count the frames that are looked at: to fill the buffer, and to be timed."""
@@ -111,6 +151,7 @@ class Timing:
                         is_warm = True
                     self._run(frame, self.times)
                     self._image = frame.rgb.shape[:2]
+                    self.n_timed += 1
                 yield frame
 
     def _fill(self) -> Iterator[Frame]:
@@ -135,23 +176,23 @@ class Timing:
 
     def _run(self, frame: Frame, times: dict[str, StageTimes]) -> None:
         """Do the stages that are timed, and what they need."""
+        learner, memory = self.learner, self._memory
         if "segment" in times:
             times["segment"].run(lambda: self.teacher.segment(frame))
-        if set(times) == {"segment"}:
-            return
-        learner = self.learner
-        describe = times.get("describe", StageTimes())
-        description = describe.run(lambda: learner.describe(frame.rgb))
-        if "predict" in times:
-            times["predict"].run(lambda: learner.predict(description))
-        if "learn" in times:
-            labels = self._labels(frame, description)
-            times["learn"].run(lambda: learner.learn(description, labels))
-
-    @property
-    def n_timed(self) -> int:
-        """How many frames are timed so far."""
-        return min(len(times.wall_ms) for times in self.times.values())
+        if memory is not None and frame.T_world_camera is not None:
+            times["segment_memory"].run(lambda: memory.segment(frame))
+        if not WITH_DESCRIPTION.isdisjoint(times):
+            describe = times.get("describe", StageTimes())
+            description = describe.run(lambda: learner.describe(frame.rgb))
+            if "predict" in times:
+                times["predict"].run(lambda: learner.predict(description))
+            if "learn" in times:
+                labels = self._labels(frame, description)
+                times["learn"].run(lambda: learner.learn(description, labels))
+        if "map" in times:
+            times["map"].run(lambda: learner.saliency(frame.rgb))
+        if "step" in times:
+            times["step"].run(lambda: learner.observe(frame))
 
     def figures(self) -> dict[str, Any]:
         """Return the times of the frames so far and what they were measured on, JSON-able."""
@@ -166,7 +207,10 @@ class Timing:
             "threads": 1,
             "processor": processor(),
             "python": platform.python_version(),
-            "stages": {stage: times.summary() for stage, times in self.times.items()},
+            "stages": {
+                stage: times.summary() for stage, times in self.times.items() if times.wall_ms
+            },
+            "left_out": self.left_out,
         }
 
 

@@ -30,7 +30,7 @@ class SupportSettings:
 
     min_size: float = 0.10
     max_size: float = 1.50
-    max_width: float = 1.50
+    max_width: float = 1.00
     leaf: float = 0.06
     tolerance: float = 0.10
     slab: float = 0.03

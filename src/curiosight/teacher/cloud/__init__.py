@@ -1,4 +1,4 @@
-"""Depth in; points with normals, planes, walls as data, and which way is up out.
+"""Depth in, `Points` out: points, local planes, and where the view ends.
 
-Nothing here knows what a table or an object is. Read `points.py` first, then `planes.py`.
+Read `view.py` first, the first stage; `points.py` has the value, `up.py` which way is up.
 """

@@ -8,7 +8,6 @@ is refined by least squares in inverse depth, where the sensor's noise is the sa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any, Self
 
 import numpy as np
@@ -20,6 +19,8 @@ from curiosight.teacher.cloud.points import Points, rows_at
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
+# A surface turned farther away from a plane than this cosine tells is no part of it.
+MIN_FACING = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +58,15 @@ def _measure_distances(depth: Array, x: Array, y: Array, plane: Array, distances
             distances[v, u] = depth[v, u] * (x[u] * a + in_row) + offset
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def coordinates_on(axes: Array, normal: Array, offset: float) -> Array:
     """Return (4, 3) float32 from (x, y, z, 1) to metres along two axes and over a plane.
 
     axes: (3, 2) directions on the plane normal·p + offset = 0.
     """
     to_plane = np.zeros((4, 3), np.float32)
-    to_plane[:3, :2], to_plane[:3, 2], to_plane[3, 2] = axes, normal, offset
+    to_plane[:3, :2], to_plane[:3, 2] = axes, normal
+    to_plane[3, 2] = offset
     return to_plane
 
 
@@ -202,11 +205,12 @@ def _sum_area(heights: Array, area: Array, low: float, step: float, sums: Array)
         sums[int((heights[point] - low) / step)] += area[point]
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def horizontal_axes(up: Array) -> tuple[Array, Array]:
     """Return two unit vectors that span the horizontal plane: the camera's right and forward."""
-    x, y, z = up.tolist()
+    x, y, z = up
     # Of the camera's x axis what is level, or of its z axis where that is upright.
     i, j, k = (1 - x * x, -x * y, -x * z) if x * x < 0.99 else (-z * x, -z * y, 1 - z * z)
-    length = sqrt(i * i + j * j + k * k)
+    length = np.sqrt(i * i + j * j + k * k)
     i, j, k = i / length, j / length, k / length
     return np.array([i, j, k]), np.array([j * z - k * y, k * x - i * z, i * y - j * x])

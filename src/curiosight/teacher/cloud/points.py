@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.frame import Camera, Depth
+from curiosight.frame import Camera, Depth, Pose
 from curiosight.teacher.cloud.local_planes import fit_local_planes
 
 Array = npt.NDArray[Any]
@@ -31,6 +31,7 @@ class Points:
         unknown (an edge, a hole).
     area: (h, w) float32 square metres that a pixel covers on its surface, 0 without a normal.
     x, y: (w,) and (h,) float32 normalised pixels of the columns and rows: xyz = z (x, y, 1).
+    border: (h, w) bool, where the view ends; None = nowhere. pose: (4, 4) `T_world_camera`.
     """
 
     xyz: Array
@@ -40,6 +41,8 @@ class Points:
     x: Array
     y: Array
     stride: int
+    border: npt.NDArray[np.bool_] | None = None
+    pose: Pose | None = None
 
     def xyz_at(self, where: Array) -> Array:
         """Return the (n, 3) points at (n,) flat indices of the grid."""
@@ -115,18 +118,19 @@ def _back_project(
 
 def spread(
     values: Array, coarse: Array, depth: Array, stride: int, *, max_depth: float, beyond: int
-) -> Array:
-    """(H, W) int32: for each pixel the value of the grid's cell around it closest in depth.
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
+    """Return for each of (H, W) pixels the values of the grid's cell around it closest in depth.
 
-    values: (h, w) or (h * w,) int32. coarse: (h, w) every `stride`-th pixel of
-    `depth` (H, W). Where nothing tells the cells apart it is the one to the upper left.
-    beyond: for the pixels farther than `max_depth` and those without a reading.
+    values: (h, w) int32, three in one: bits 0 to 7, 8 to 15, and 16 up. coarse: (h, w) every
+    `stride`-th pixel of `depth` (H, W). Where nothing tells the cells apart it is the one to the
+    upper left.
+    beyond: three in one too, of pixels farther than `max_depth` and of those without a reading.
     """
-    spread = np.empty(depth.shape, np.int32)
-    cells = values.reshape(coarse.shape)
-    repeated = np.empty(stride * coarse.shape[1], np.int32)
-    _spread(cells, coarse, depth, stride, max_depth, beyond, repeated, spread)
-    return spread
+    low, middle = np.empty((2, *depth.shape), np.uint8)
+    high = np.empty(depth.shape, np.uint16)
+    rows = np.empty((stride + 1, stride * coarse.shape[1]), np.int32)
+    _spread(values, coarse, depth, max_depth, beyond, rows, low, middle, high)
+    return low, middle, high
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -134,34 +138,41 @@ def _spread(
     values: Array,
     coarse: Array,
     depth: Array,
-    stride: int,
     max_depth: float,
     beyond: int,
-    repeated: Array,
-    spread: Array,
+    rows: Array,
+    low: Array,
+    middle: Array,
+    high: Array,
 ) -> None:
-    """Set what `spread` returns; values: (h, w). repeated: (w * stride,), to work with.
+    """Set what `spread` returns. rows: (stride + 1, w * stride) int32, to work with.
 
     Every pixel takes the cell to its upper left, in loops that vectorise; then the few whose
     cells around differ choose.
     """
-    height, width = depth.shape
+    (height, width), stride = depth.shape, len(rows) - 1
     farthest, nothing = np.float32(max_depth), np.int32(beyond)
     for row in range(len(values)):
+        top = row * stride
+        n_rows, repeated = min(stride, height - top), rows[stride]
         for shift in range(stride):
             for column in range(values.shape[1]):
                 repeated[column * stride + shift] = values[row, column]
-        for v in range(row * stride, min(row * stride + stride, height)):
+        for v in range(n_rows):
             for u in range(width):
-                spread[v, u] = repeated[u] if depth[v, u] <= farthest else nothing
+                rows[v, u] = repeated[u] if depth[top + v, u] <= farthest else nothing
         below = min(row + 1, len(values) - 1)
         for column in range(values.shape[1]):
             right = min(column + 1, values.shape[1] - 1)
             differs = values[row, column] ^ values[row, right]
             differs |= values[row, column] ^ values[below, column]
             if differs | (values[row, column] ^ values[below, right]):
-                corners = row, column, below, right
-                _choose_cells(values, coarse, depth, stride, farthest, corners, spread)
+                _choose_cells(values, coarse, depth, farthest, (row, column, below, right), rows)
+        for v in range(n_rows):
+            for u in range(width):
+                low[top + v, u] = rows[v, u]
+                middle[top + v, u] = rows[v, u] >> 8
+                high[top + v, u] = rows[v, u] >> 16
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -169,17 +180,17 @@ def _choose_cells(
     values: Array,
     coarse: Array,
     depth: Array,
-    stride: int,
     farthest: float,
     corners: tuple[int, int, int, int],
-    spread: Array,
+    rows: Array,
 ) -> None:
     """Give the pixels below and to the right of a cell the value of the cell closest in depth.
 
     corners: row and column of the cell, and of that below it and to its right. A cell or a
-    pixel without a reading is never close.
+    pixel without a reading is never close. rows: those of the cell's pixels.
     """
     row, column, below, right = corners
+    stride = len(rows) - 1
     for v in range(row * stride, min(row * stride + stride, depth.shape[0])):
         # In the cell's own row, and column, there is nothing to choose from beyond it.
         other_v = below if v > row * stride else row
@@ -191,7 +202,7 @@ def _choose_cells(
                 if gap < least:
                     least, value = gap, values[cell]
             if here <= farthest:
-                spread[v, u] = value
+                rows[v - row * stride, u] = value
 
 
 def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: float) -> Array:
@@ -229,19 +240,3 @@ def _look_up(
             index[u] = np.int32(row) * width + np.int32(column) if is_on_map else np.int32(-1)
         for u in range(len(x)):
             found[v, u] = flat[index[u]] if index[u] >= 0 else outside
-
-
-def ends(values: Array, share: float = 0.01) -> tuple[float, float]:
-    """Return the two of (n,) values, n > 0, that a share of them lies below and above."""
-    n_beyond = int(share * len(values))
-    # NumPy sorts faster than it partitions in two places.
-    ordered = np.sort(values)
-    return float(ordered[n_beyond]), float(ordered[-1 - n_beyond])
-
-
-def median(values: Array) -> float:
-    """Return the median of (n,) values, n > 0."""
-    # NumPy's own takes five times as long for a few hundred.
-    ordered = np.sort(values)
-    middle = len(values) // 2
-    return float(ordered[middle] + ordered[-1 - middle]) / 2

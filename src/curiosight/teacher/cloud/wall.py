@@ -35,24 +35,36 @@ class Wall(Plane):
         min_facing: least cosine between their normals and the wall's; unknown normals pass.
         """
         is_near = np.zeros(free.shape, np.bool_)
-        to_wall, box = self._face(margin)
-        x, y, normals = points.x, points.y, points.normals
-        _mark_near(points.depth, x, y, normals, free, band, to_wall, box, min_facing, is_near)
+        x, y, normals, face = points.x, points.y, points.normals, self._face(margin)
+        _mark_near(points.depth, x, y, normals, free, band, *face, min_facing, is_near)
         return is_near
 
-    def count_sides(self, xyz: Array, *, margin: float = 0.10) -> tuple[int, int]:
-        """Return how many of (n, 3) points are straight before or behind the wall, and behind.
+    def count_sides(
+        self, points: Points, where: Array, gap: float, *, margin: float = 0.10
+    ) -> tuple[int, int, int, int]:
+        """Return how many points at (n,) flat indices are where, as seen from the wall.
 
-        Behind is on or behind the wall's whole plane.
+        They are those straight before or behind it; those behind or on its whole plane; those
+        within a gap in metres of that, and within two.
         """
-        n_straight, n_behind = _count_sides(xyz, *self._face(margin))
-        return n_straight, n_behind
+        xyz = points.xyz.reshape(-1, 3)
+        straight, behind, close, near = _count_sides(xyz, where, *self._face(margin), gap)
+        return straight, behind, close, near
 
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
-        box = np.empty((2, 2), np.float32)
-        box[0], box[1] = self.low - margin, self.high + margin
-        return coordinates_on(self.axes, self.normal, self.offset), box
+        to_wall, box = _face(self.normal, self.offset, self.axes, self.low, self.high, margin)
+        return to_wall, box
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _face(
+    normal: Array, offset: float, axes: Array, low: Array, high: Array, margin: float
+) -> tuple[Array, Array]:
+    """Return what `Wall._face` does."""
+    box = np.empty((2, 2), np.float32)
+    box[0], box[1] = low - margin, high + margin
+    return coordinates_on(axes, normal, offset), box
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -91,14 +103,20 @@ def _mark_near(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count_sides(xyz: Array, to_wall: Array, box: Array) -> tuple[int, int]:
-    """Count the (n, 3) points as `Wall.count_sides` says; to_wall, box: see `Wall._face`."""
+def _count_sides(
+    xyz: Array, where: Array, to_wall: Array, box: Array, gap: float
+) -> tuple[int, int, int, int]:
+    """Count the points at (n,) places of (m, 3) as `Wall.count_sides` says."""
     low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
     a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
-    n_straight, n_behind = 0, 0
-    for point in range(len(xyz)):
+    least, wide = np.float32(gap), np.float32(2 * gap)
+    n_straight, n_behind, n_close, n_near = 0, 0, 0, 0
+    for point in where:
         x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
         along, up = x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1]
+        distance = x * a[2] + y * b[2] + z * c[2] + offset
         n_straight += (along > low) & (along < high) & (up > bottom) & (up < top)
-        n_behind += x * a[2] + y * b[2] + z * c[2] + offset <= 0
-    return n_straight, n_behind
+        n_behind += distance <= 0
+        n_close += abs(distance) < least
+        n_near += abs(distance) < wide
+    return n_straight, n_behind, n_close, n_near

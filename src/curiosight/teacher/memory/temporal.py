@@ -75,15 +75,15 @@ class TemporalTeacher:
         self.votes.forget_removed(frame.depth, frame.camera, pose)
         corrected = self._corrected(labels, voxels)
         self.votes.add(voxels, _ballots(alone)[::STRIDE, ::STRIDE])
-        full = spread(
-            corrected.ravel().astype(np.int32),
+        full, _, _ = spread(
+            corrected.astype(np.int32),
             np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
             frame.depth,
             STRIDE,
             max_depth=self.settings.max_range,
             beyond=Label.UNAVAILABLE,
         )
-        return replace(alone, labels=full.astype(np.uint8))
+        return replace(alone, labels=full)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
         """(H, W) in [0, 1]: as sure as the frame by itself makes it, see `Teacher.confidence`."""

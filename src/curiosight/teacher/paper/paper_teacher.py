@@ -20,9 +20,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from curiosight.frame import Frame, Label
-from curiosight.teacher.background import border_mask
 from curiosight.teacher.cloud.planes import Mask, Plane, horizontal_axes
 from curiosight.teacher.cloud.points import Points, observe_points, spread
+from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.paper.paper_planes import find_main_plane, find_walls
 from curiosight.teacher.paper.paper_settings import PaperSettings
 from curiosight.teacher.segmented import Segmentation
@@ -148,12 +148,17 @@ def _back_to_image(
     in_what: Array, clusters: list[Cluster], points: Points, depth: Array, max_range: float
 ) -> Segmentation:
     """Return labels and clusters per pixel; in_what: (h, w) int32 of the grid's points."""
-    in_what = spread(in_what, points.depth, depth, STRIDE, max_depth=max_range, beyond=UNAVAILABLE)
     label_of = [Label.UNAVAILABLE, Label.NOT_SALIENT, Label.UNKNOWN]
     for cluster in clusters:
         is_object = cluster.verdict is Verdict.OBJECT
         label_of.append(Label.SALIENT if is_object else Label.UNKNOWN)
-    cluster_of_pixel = np.maximum(in_what - FIRST_CLUSTER + 1, 0).astype(np.uint16)
-    return Segmentation(
-        np.array(label_of, np.uint8).take(in_what), cluster_of_pixel, tuple(clusters)
+    number = np.maximum(in_what - FIRST_CLUSTER + 1, 0)
+    labels, _, cluster_of_pixel = spread(
+        (number << 16) | np.array(label_of, np.int32).take(in_what),
+        points.depth,
+        depth,
+        STRIDE,
+        max_depth=max_range,
+        beyond=Label.UNAVAILABLE,
     )
+    return Segmentation(labels, cluster_of_pixel, tuple(clusters))

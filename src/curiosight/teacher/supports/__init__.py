@@ -1,4 +1,5 @@
-"""Points and planes in; what things stand on out: the floor, tables, and their tops.
+"""`Points` in, `Supports` out: what things stand on, the floor and tables, and their tops.
 
-What a whole recording tells of them is a `Survey` (`surveyed.py`). Read `supports.py` first.
+Read `footing.py` first, the second stage. What a whole recording tells of supports is a `Survey`
+(`surveyed.py`).
 """

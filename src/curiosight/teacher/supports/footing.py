@@ -1,13 +1,16 @@
-"""What the things of a frame stand on: where a pose tells, and where only the frame does."""
+"""The second stage: points to what things stand on, told by a pose or by the frame alone."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
@@ -16,6 +19,7 @@ from curiosight.teacher.cloud.up import (
     votes_on_up,
 )
 from curiosight.teacher.settings import SegmentationSettings
+from curiosight.teacher.supports.slab import on_supports
 from curiosight.teacher.supports.supports import (
     KnownTable,
     Scene,
@@ -24,6 +28,7 @@ from curiosight.teacher.supports.supports import (
     share_below,
 )
 from curiosight.teacher.supports.surveyed import Survey
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 # A camera without poses tilts and rolls by less from one frame to the next.
@@ -32,23 +37,61 @@ MAX_TURN = np.radians(12)
 MAX_SHARE_BELOW = 0.10
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Supports:
+    """What the things of a frame stand on.
+
+    found: the supports in view, lowest first; none where `is_on` has no point.
+    is_on: (h, w) bool, on a support. free: (h, w) bool, on none; both within the range.
+    lids: (h, w) bool each, what is straight above or below the top of something on the floor
+        that carries nothing.
+    """
+
+    points: Points
+    settings: SegmentationSettings
+    found: list[Support]
+    is_on: Mask
+    free: Mask
+    lids: Sequence[Mask] = ()
+
+
 def find_footing(
     points: Points,
-    pose: Pose | None,
     survey: Survey,
     settings: SegmentationSettings,
     *,
     up: Array | None = None,
     prior: Array = CAMERA_UP_PRIOR,
-) -> list[Support]:
-    """Return the supports in view, lowest first; empty when there is none.
+) -> Supports:
+    """Return the supports in view.
 
-    pose: (4, 4) `T_world_camera`. up: (3,) unit vector in the camera's frame, about, for want of
-        a pose; None = from this frame alone.
+    up: (3,) unit vector in the camera's frame, about, for want of a pose; None = from this frame
+        alone.
     prior: (3,) within 45° of which up is then.
     """
-    if pose is not None and survey.up_world is not None:
-        return _surveyed_supports(points, pose, survey, survey.up_world, settings)
+    tops = _supports_in(points, survey, settings, up, prior)
+    if survey.floor_only:
+        # So no table is looked for, but what is one thing may be as wide as it is long.
+        tops = tops[:1] + [replace(top, kind=Kind.THING) for top in tops[1:]]
+    found = [top for top in tops if top.kind is not Kind.THING]
+    lids = [top.extent for top in tops if top.kind is Kind.THING and top.extent is not None]
+    if not any(support.plane.inliers.any() for support in found):
+        found = []
+    in_range = points.depth <= settings.max_range
+    is_on = in_range & on_supports(points, found, settings.noise)
+    return Supports(points, settings, found, is_on, in_range & ~is_on, lids)
+
+
+def _supports_in(
+    points: Points,
+    survey: Survey,
+    settings: SegmentationSettings,
+    up: Array | None,
+    prior: Array,
+) -> list[Support]:
+    """Return the supports in view, lowest first, and lids; empty when there is none."""
+    if points.pose is not None and survey.up_world is not None:
+        return _surveyed_supports(points, points.pose, survey, survey.up_world, settings)
     surface = points.normals.reshape(-1, 3), votes_on_up(points, settings.max_range).ravel()
     if up is None:
         return _largest_supports(points, surface, survey.scene, settings, prior)

@@ -12,12 +12,13 @@ from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footprint import largest_piece
-from curiosight.teacher.supports.ground import Ground, area, closed, diagonal, opened
+from curiosight.teacher.supports.ground import Ground, Mask, area, closed, diagonal, opened
 from curiosight.teacher.supports.tops import (
     MAX_HEIGHT,
     MAX_RISE,
     MIN_HEIGHT,
     MIN_RISE,
+    MIN_SURE,
     WIDEST_GAP,
     Kind,
     TopView,
@@ -30,9 +31,9 @@ Array = npt.NDArray[Any]
 def tops_in_frame(
     points: Points, lowest: Plane, planes: Sequence[Plane], settings: SegmentationSettings
 ) -> list[tuple[Plane, Kind]]:
-    """Return which of the planes over the lowest are supports, and of what kind, lowest first.
+    """Return which of the planes over the lowest are tops, and of what kind, lowest first.
 
-    The top of what stands on another is none.
+    The top of what stands on another is none; small lids are left out.
     """
     if not planes:
         return []
@@ -45,13 +46,13 @@ def tops_in_frame(
     n_over_floor = ground.count(cells[heights > 0.10 + band])
     is_seen = ground.count(cells) > 0
     found: list[tuple[Plane, Kind]] = []
-    lower: list[npt.NDArray[np.bool_]] = []
+    lower: list[Mask] = []
+    seats: list[Mask] = []
     for plane in sorted(planes, key=lambda plane: -plane.offset):
         piece = largest_piece(plane.inliers).ravel()[where]
         height = float(np.median(heights[piece]))
-        is_level = ground.count(cells[piece]) > 0
         # Narrow strips are edges of something else, such as the back of a chair.
-        top = closed(opened(closed(is_level, 0.12), 0.04), WIDEST_GAP)
+        top = closed(opened(closed(ground.count(cells[piece]) > 0, 0.12), 0.04), WIDEST_GAP)
         if not MIN_HEIGHT < height < MAX_HEIGHT or not top.any():
             continue
         if area(top) < settings.min_table_area or diagonal(top) < settings.min_table_diagonal:
@@ -62,10 +63,11 @@ def tops_in_frame(
         rises = (over > MIN_RISE + band) & (over < MAX_RISE)
         n_rising = ground.count(cells[rises])
         n_sides = ground.count(cells[(heights > 0.3 * height) & (heights < 0.8 * height)])
-        kind = TopView(height, top, is_level, highest, n_sides, n_rising, n_over_floor, is_seen).kind(
-            settings.floor.max_size
-        )
+        view = TopView(height, top, highest, n_sides, n_rising, n_over_floor, is_seen)
+        kind = view.kind(settings.floor.max_size, seats)
+        if kind is Kind.FURNITURE:
+            seats.append(top)
         lower.append(top)
-        if kind is not Kind.THING:
+        if kind is not Kind.THING or diagonal(top) >= MIN_SURE:
             found.append((plane, kind))
     return found

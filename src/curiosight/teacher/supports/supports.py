@@ -16,7 +16,8 @@ from curiosight.teacher.cloud.planes import (
     find_supports,
     noise_band,
 )
-from curiosight.teacher.cloud.points import Points, median
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.ranks import median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
 from curiosight.teacher.supports.frame_tops import tops_in_frame
 from curiosight.teacher.supports.footprint import above_footprint, largest_piece
@@ -91,7 +92,7 @@ def choose_supports(
     camera_height: float | None = None,
     known_tables: Sequence[KnownTable] = (),
 ) -> list[Support]:
-    """Return the supports in view, lowest first; empty when there is none.
+    """Return the supports in view, lowest first, and lids of things; empty when there is none.
 
     scene: what the lowest support is.
     camera_height: metres over the floor where the recording tells it: then the floor is
@@ -117,10 +118,9 @@ def choose_supports(
     known = [
         _known_support(points, up, levels, table, extent, settings)
         for table, extent in seen
-        if table.kind is not Kind.THING and np.count_nonzero(extent) >= 50
+        if np.count_nonzero(extent) >= 50
     ]
     taken = [table.extent for table in known if table.extent is not None]
-    taken += [extent for table, extent in seen if table.kind is Kind.THING]
     above = [plane for plane in planes if plane.offset < floor.offset - SAME_HEIGHT]
     beside = [_beside(plane, taken) for plane in above]
     tops = tops_in_frame(points, floor, beside, settings)

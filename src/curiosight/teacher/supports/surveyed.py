@@ -23,6 +23,8 @@ class Survey:
     """What holds for a whole recording.
 
     scene: what the lowest support in view is; its objects and gaps are larger on a floor.
+    floor_only: nothing but the floor is a support: what carries things is one with them, as it is
+        to the paper's robot.
     up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
     floor_height: metres along `up_world`; None = not known.
     tables: what stands on the floor and carries things, lowest first.
@@ -48,6 +50,7 @@ class Survey:
     doubt: str | None = None
     surveyed: Array | None = None
     outline: tuple[Side, ...] | None = None
+    floor_only: bool = False
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known.

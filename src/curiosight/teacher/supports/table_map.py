@@ -115,23 +115,27 @@ def map_tables(
         return ()
     ground = Ground.around(seen, up)
     cells, heights = ground.cells(seen), seen @ up - floor
-    tops: list[tuple[float, Mask, Mask]] = []
+    tops: list[tuple[float, Mask]] = []
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
-    for height, top, is_level in sorted(found, key=lambda top: top[0]):
+    for height, top in sorted(found, key=lambda top: top[0]):
         # The top of what stands on a table is none.
-        if not stands_on_any(top, [lower for _, lower, _ in tops]):
-            tops.append((height, top, is_level))
-    all_tops = np.any([top for _, top, _ in tops], axis=0) if tops else np.zeros(ground.shape, bool)
+        if not stands_on_any(top, [lower for _, lower in tops]):
+            tops.append((height, top))
+    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
     highest = ground.highest(cells, heights)
     n_points = ground.count(cells[heights > 0.10])
-    tables = []
-    for height, top, is_level in tops:
+    tables: list[Table] = []
+    seats: list[Mask] = []
+    for height, top in tops:
         is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
         rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
         view = TopView(
-            height, top, is_level, highest, ground.count(cells[is_side]), ground.count(cells[rises]), n_points, ground.count(cells) > 0
+            height, top, highest, ground.count(cells[is_side]), ground.count(cells[rises]), n_points, ground.count(cells) > 0
         )
-        tables.append(_table(ground, height, top, view.kind(max_size)))
+        kind = view.kind(max_size, seats)
+        if kind is Kind.FURNITURE:
+            seats.append(top)
+        tables.append(_table(ground, height, top, kind))
     bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky
@@ -176,15 +180,15 @@ def _tops(
     min_diagonal: float,
     *,
     step: float = 0.02,
-) -> list[tuple[float, Mask, Mask]]:
-    """Return height, (rows, columns) extent, and where it was seen, of the level surfaces.
+) -> list[tuple[float, Mask]]:
+    """Return height and (rows, columns) extent of the level surfaces.
 
     xyz, heights: (n, 3) and (n,) of level surfaces. step: metres between layers.
     """
     is_elevated = (heights > MIN_HEIGHT) & (heights < MAX_HEIGHT)
     cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
     n_places = ground.shape[0] * ground.shape[1]
-    found: list[tuple[float, Mask, Mask]] = []
+    found: list[tuple[float, Mask]] = []
     while len(cells):
         # One number for layer and cell: rows of two sort ten times slower.
         layers = np.unique((heights / step).astype(np.int64) * n_places + cells) // n_places
@@ -193,12 +197,11 @@ def _tops(
             break
         near = np.abs(heights - (int(np.argmax(n_cells)) + 0.5) * step) < 2.5 * step
         # Narrow strips are edges of something else, such as the back of a chair.
-        is_level = ground.count(cells[near]) > 0
-        layer = opened(closed(is_level, 0.04), 0.04)
+        layer = opened(closed(ground.count(cells[near]) > 0, 0.04), 0.04)
         for piece in pieces(closed(layer, 0.12)):
             if area(piece) >= min_area and diagonal(piece) >= min_diagonal:
                 height = float(np.median(heights[near][piece.ravel()[cells[near]]]))
-                found.append((height, closed(piece, WIDEST_GAP), is_level))
+                found.append((height, closed(piece, WIDEST_GAP)))
         cells, heights = cells[~near], heights[~near]
     return found
 

@@ -42,6 +42,8 @@ MIDDLE = 0.6
 # What is lower than this is sat or lain on if its sides rise along so much of its edge, if it is
 # so large (m²), or, at any height, if so much of it is covered: a shelf.
 MAX_SEAT_HEIGHT, MIN_ENCLOSED, MIN_BED_AREA, MAX_COVERED = 0.62, 0.3, 1.5, 0.65
+# Metres between a seat and its arm.
+JOINT = 0.12
 # Share of a container's edge with a side below, and of its top that one sees into.
 MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 # Share of the surroundings that was seen of what is known to stand free.
@@ -50,6 +52,8 @@ MIN_SEEN_AROUND = 0.6
 BLUR = 0.10
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
+# Where it is so high, in metres, it is no stool either, but a sill, a shelf's board, a back.
+MAX_SMALL_HEIGHT = 0.8
 
 
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
@@ -89,7 +93,6 @@ class TopView:
     """A level surface and what is around it, seen from above, on cells of side CELL.
 
     height: metres over the floor. top: (rows, columns) bool, its extent.
-    is_level: (rows, columns) bool, where it was seen.
     highest: the highest point of each cell, metres over the floor; -inf = none.
     n_sides: how many points of each cell are at the middle of its height over the floor.
     n_rising: how many points of each cell are over the surface, see MIN_RISE.
@@ -99,21 +102,25 @@ class TopView:
 
     height: float
     top: Mask
-    is_level: Mask
     highest: Array
     n_sides: Array
     n_rising: Array
     n_over_floor: Array
     is_seen: Mask
 
-    def kind(self, max_size: float) -> Kind:
-        """Return what the surface is; max_size: metres across the largest object."""
+    def kind(self, max_size: float, seats: list[Mask]) -> Kind:
+        """Return what the surface is.
+
+        max_size: metres across the largest object. seats: what is known as furniture: what
+        joins one and carries nothing is its arm or back.
+        """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
-        if is_small and self._is_container():
+        if is_small and (self.height > MAX_SMALL_HEIGHT or self._is_container()):
             return Kind.THING
         rests = self._is_rested_on(standing)
         if standing and not rests:
             return Kind.DOUBTFUL if is_small else Kind.TABLE
+        rests |= any((grown(self.top, JOINT) & seat).any() for seat in seats)
         if np.hypot(diagonal(self.top), self.height) > max_size:
             return Kind.FURNITURE if rests else Kind.TABLE
         body = self.body()

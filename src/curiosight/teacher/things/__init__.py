@@ -1,4 +1,4 @@
-"""Points above a support in; clusters with a verdict each out: object, cut, part of a wall.
+"""`Surroundings` in, `Things` out: clusters on the supports, each with its verdict.
 
-Read `objects.py` first; what is an object is decided in `verdicts.py` and nowhere else.
+Read `objects.py` first, the fourth stage; `verdicts.py` says what is an object.
 """

@@ -11,17 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
+from curiosight.teacher.things.union import join_nodes, number_sets, root_of
 
 Array = npt.NDArray[Any]
 
 # A cell's key holds its place along each axis in 21 bits: a million cells to either side.
 ALONG_X, ALONG_Y = 1 << 42, 1 << 21
-# From a cell to itself and to half of the 26 around it; the others have it in their half.
+# From a cell to half of the 26 around it; the others have it in their half.
 _SHIFTS = np.array(
     [(z - 1) + (y - 1) * ALONG_Y + (x - 1) * ALONG_X for x, y, z in np.ndindex(3, 3, 3)]
 )
-HALF_AROUND = _SHIFTS[_SHIFTS >= 0]
+HALF_AROUND = _SHIFTS[_SHIFTS > 0]
 
 
 def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
@@ -30,16 +30,7 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     Points in one voxel of side `leaf` belong together, and so do voxels whose mean points lie
     within `tolerance` of each other.
     """
-    xyz = np.ascontiguousarray(xyz, np.float64)
-    voxel, keys = _number_cells(xyz, leaf, _table_for(xyz))
-    sums = np.zeros((len(keys), 4))
-    _add_up(xyz, voxel, sums)
-    means = sums[:, :3] / sums[:, 3:]
-    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
-    table = _table_for(means)
-    cell, keys = _number_cells(means, 1.000001 * tolerance, table)
-    cluster: Array = _join_near(means, tolerance, cell, keys, table).take(voxel)
-    return cluster
+    return np.asarray(_cluster(np.ascontiguousarray(xyz, np.float64), leaf, tolerance))
 
 
 def join_stacked(
@@ -55,47 +46,77 @@ def join_stacked(
     reach: largest gap between the two, metres. margin: metres by which their outlines may miss
         each other.
     """
-    low, high = boxes[:, 2, 0], boxes[:, 2, 1]
-    is_below = (low < low[:, None]) & (high > low[:, None] - reach)
-    begin, end = boxes[:, :2, 0], boxes[:, :2, 1]
-    meets = ((begin[:, None] - margin < end) & (begin < end[:, None] + margin)).all(axis=2)
     parent = np.arange(len(boxes))
-    meets &= support[:, None] == support
-    join_linked(hovers[:, None] & is_below & meets, parent)
-    return number_sets(parent)
-
-
-def _table_for(xyz: Array) -> Array:
-    """Return an empty hash table that is at most half full with the cells of (n, 3) points."""
-    return np.full(2 << len(xyz).bit_length(), -1, np.int32)
-
-
-def _number_cells(xyz: Array, side: float, table: Array) -> tuple[Array, Array]:
-    """Number the cubes of a side in metres that hold (n, 3) points, in order of appearance.
-
-    table: see `_slot`; the cells are added. Return the (n,) number of each point's cell, and
-    the keys of the cells.
-    """
-    keys, cell = np.empty((2, len(xyz)), np.int64)
-    n_cells = _enter_cells(xyz, side, table, keys, cell)
-    return cell, keys[:n_cells]
+    _join_below(boxes, hovers, support, reach, margin, parent)
+    return np.asarray(number_sets(parent))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _enter_cells(xyz: Array, side: float, table: Array, keys: Array, cell: Array) -> int:
-    """Set the first of the (n,) keys, and (n,) `cell`; return how many cells there are."""
-    n_cells = 0
+def _join_below(
+    boxes: Array, hovers: Array, support: Array, reach: float, margin: float, parent: Array
+) -> None:
+    """Join what hovers with what is below it, as `join_stacked` says."""
+    far, wider = np.float32(reach), np.float32(margin)
+    for upper in range(len(boxes)):
+        bottom = boxes[upper, 2, 0]
+        for lower in range(len(boxes)):
+            joins = hovers[upper] & (support[upper] == support[lower])
+            joins &= (boxes[lower, 2, 0] < bottom) & (boxes[lower, 2, 1] > bottom - far)
+            for axis in range(2):
+                joins &= boxes[upper, axis, 0] - wider < boxes[lower, axis, 1]
+                joins &= boxes[lower, axis, 0] < boxes[upper, axis, 1] + wider
+            if joins:
+                join_nodes(parent, upper, lower)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cluster(xyz: Array, leaf: float, tolerance: float) -> Array:
+    """Return what `euclidean_clusters` does; xyz: (n, 3) float64."""
+    voxel, keys, _ = _number_cells(xyz, leaf)
+    means, counts = np.zeros((len(keys), 3)), np.zeros((len(keys), 1))
     for point in range(len(xyz)):
-        key = np.int64(0)
         for axis in range(3):
-            key = key * ALONG_Y + np.int64(np.floor(xyz[point, axis] / side))
-        slot = _slot(keys, table, key)
-        if table[slot] < 0:
-            table[slot] = n_cells
-            keys[n_cells] = key
-            n_cells += 1
-        cell[point] = table[slot]
-    return n_cells
+            means[voxel[point], axis] += xyz[point, axis]
+        counts[voxel[point], 0] += 1
+    means /= counts
+    parent = np.arange(len(means))
+    _join_near(means, tolerance, parent)
+    cluster: Array = number_sets(parent)[voxel]
+    return cluster
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_cells(xyz: Array, side: float) -> tuple[Array, Array, Array]:
+    """Number the cubes of a side in metres that hold (n, 3) points, in order of appearance.
+
+    Return the (n,) number of each point's cell, the keys of the cells, and the hash table that
+    finds them, see `_slot`.
+    """
+    size = 2
+    while size <= 2 * len(xyz):
+        size *= 2
+    table, keys = np.full(size, -1, np.int32), np.empty(len(xyz), np.int64)
+    for point in range(len(xyz)):
+        x, y, z = xyz[point, 0] / side, xyz[point, 1] / side, xyz[point, 2] / side
+        keys[point] = (
+            np.int64(np.floor(x)) * ALONG_X
+            + np.int64(np.floor(y)) * ALONG_Y
+            + np.int64(np.floor(z))
+        )
+    cell, n_cells, last = np.empty(len(xyz), np.int64), 0, -1
+    for point in range(len(xyz)):
+        key = keys[point]
+        # Points beside each other are mostly in one cell.
+        if last < 0 or keys[last] != key:
+            slot = _slot(keys, table, key)
+            if table[slot] < 0:
+                # No point before it needs that key any more.
+                table[slot] = n_cells
+                keys[n_cells] = key
+                n_cells += 1
+            last = table[slot]
+        cell[point] = last
+    return cell, keys[:n_cells], table
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,58 +133,56 @@ def _slot(keys: Array, table: Array, key: int) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_up(xyz: Array, group: Array, sums: Array) -> None:
-    """Add the (n, 3) points and their count to the (n_groups, 4) sums of their groups."""
-    for point in range(len(xyz)):
-        for axis in range(3):
-            sums[group[point], axis] += xyz[point, axis]
-        sums[group[point], 3] += 1
-
-
-def _join_near(xyz: Array, tolerance: float, cell: Array, keys: Array, table: Array) -> Array:
-    """Return the (n,) component of each point, where links are at most `tolerance` long.
-
-    cell, keys, table: of the points, see `_number_cells`.
-    """
-    parent, before = np.arange(len(xyz)), np.empty(len(xyz), np.int64)
-    last = np.full(len(keys), -1)
-    _join_cells(xyz, tolerance, cell, keys, table, before, last, parent)
-    return number_sets(parent)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _join_cells(
-    xyz: Array,
-    tolerance: float,
-    cell: Array,
-    keys: Array,
-    table: Array,
-    before: Array,
-    last: Array,
-    parent: Array,
-) -> None:
-    """Join the points that are near each other.
-
-    before: (n,) and last: (n_cells,) -1, to work with: the points of each cell, chained.
-    """
+def _join_near(xyz: Array, tolerance: float, parent: Array) -> None:
+    """Join the (n, 3) points that are at most a tolerance from each other."""
+    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
+    cell, keys, table = _number_cells(xyz, 1.000001 * tolerance)
+    # The points of each cell, chained: the last, and before each one the next.
+    before, last = np.empty(len(xyz), np.int64), np.full(len(keys), -1)
     for point in range(len(xyz)):
         before[point] = last[cell[point]]
         last[cell[point]] = point
+    is_one = np.zeros(len(keys), np.bool_)
+    for one in range(len(keys)):
+        _join_chains(xyz, tolerance, before, last[one], last[one], False, parent)
+        is_one[one] = _are_joined(before, last[one], parent)
     for one in range(len(keys)):
         for shift in HALF_AROUND:
             other = table[_slot(keys, table, keys[one] + shift)]
             if other >= 0:
-                _join_chains(xyz, tolerance, before, last[one], last[other], parent)
+                # One link joins two cells whose points are joined already.
+                is_enough = is_one[one] and is_one[other]
+                _join_chains(xyz, tolerance, before, last[one], last[other], is_enough, parent)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _are_joined(before: Array, one: int, parent: Array) -> bool:
+    """Tell whether the points of a cell are in one set; before, one: see `_join_chains`."""
+    root = root_of(parent, one)
+    while one >= 0:
+        if root_of(parent, one) != root:
+            return False
+        one = before[one]
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _join_chains(
-    xyz: Array, tolerance: float, before: Array, one: int, other: int, parent: Array
+    xyz: Array,
+    tolerance: float,
+    before: Array,
+    one: int,
+    other: int,
+    is_enough: bool,
+    parent: Array,
 ) -> None:
     """Join the points of two cells that are near each other.
 
     before: (n,) the next point of the same cell, -1 = none. one, other: where the cells begin.
+    is_enough: the first link is, and none is needed if their sets are one.
     """
+    if is_enough and root_of(parent, one) == root_of(parent, other):
+        return
     while one >= 0:
         near = other
         while near >= 0:
@@ -172,5 +191,7 @@ def _join_chains(
                 gap += (xyz[one, axis] - xyz[near, axis]) ** 2
             if gap <= tolerance * tolerance:
                 join_nodes(parent, one, near)
+                if is_enough:
+                    return
             near = before[near]
         one = before[one]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
+from curiosight.teacher.cloud.ranks import find_ends
 
 Array = npt.NDArray[Any]
 
@@ -31,15 +32,7 @@ class Groups:
 
         where: (n,) flat indices. number: (n,) from 0. min_points: groups with fewer are left out.
         """
-        sizes = np.bincount(number)
-        is_kept = sizes >= min_points
-        start = np.zeros(np.count_nonzero(is_kept) + 1, np.int64)
-        np.cumsum(sizes[is_kept], out=start[1:])
-        end = np.full(len(sizes), -1)
-        end[is_kept] = start[:-1]
-        members = np.empty(start[-1], np.int64)
-        _sort(where, number, end, members)
-        return cls(members, start)
+        return cls(*_sort(where, number, min_points))
 
     def __len__(self) -> int:
         return len(self.start) - 1
@@ -58,28 +51,25 @@ class Groups:
         """Return larger groups: those of the groups with the same of (n_groups,) numbers from 0."""
         return type(self).of(self.members, np.repeat(number, self.sizes))
 
-    def count(self, is_one: Array) -> Array:
-        """(n_groups,) how many members (n,) `is_one` is true of."""
-        return np.add.reduceat(is_one, self.start[:-1], dtype=np.int64)
+    def boxes(self, mask: Array) -> tuple[Array, Array]:
+        """(n_groups, 4) u_min, v_min, u_max, v_max of each group on the grid, ends exclusive.
 
-    def boxes(self, width: int) -> Array:
-        """(n_groups, 4) u_min, v_min, u_max, v_max of a group on a grid `width` wide, exclusive."""
-        v, u = np.divmod(self.members, width)
-        first = self.start[:-1]
-        low = [np.minimum.reduceat(axis, first) for axis in (u, v)]
-        high = [np.maximum.reduceat(axis, first) + 1 for axis in (u, v)]
-        return np.stack([*low, *high], axis=1)
-
-    def ends(self, values: Array, share: float = 0.01) -> Array:
-        """(n_groups, k, 2) between which the (n, k) values of each group lie but for a share.
-
-        The share lies below, and as much above; with a share of 0.5 both are at the median. Of a
-        group with more than 1000 points, evenly spaced ones are looked at.
+        With it comes (n_groups,) how many of its members are in the (h, w) mask.
         """
-        values = np.asarray(values, np.float32)
+        boxes, counts = np.empty((len(self), 4), np.int64), np.empty(len(self), np.int64)
+        _find_boxes(self.members, self.start, mask, boxes, counts)
+        return boxes, counts
+
+    def ends(self, values: Array, shares: Sequence[tuple[int, float]]) -> Array:
+        """(n_groups, k, 2) between which values of each group lie but for a share.
+
+        values: (n, m) float32. shares: k columns to look at, each with what lies below, and as
+            much above; with a share of 0.5 both ends are at the median.
+        Of a group with more than 1000 points, evenly spaced ones are looked at.
+        """
         pool = np.empty(int(self.sizes.max(initial=0)), np.float32)
-        found = np.empty((len(self), values.shape[1], 2), np.float32)
-        _find_ends(values, self.start, share, pool, found)
+        found = np.empty((len(self), len(shares), 2), np.float32)
+        _find_ends(values, self.start, np.array(shares), pool, found)
         return found
 
     def hidden_shares(self, depth: Array, *, step: float = 0.05) -> Array:
@@ -96,55 +86,57 @@ class Groups:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sort(where: Array, number: Array, end: Array, members: Array) -> None:
-    """Set `members` to `where` in the order of the numbers.
-
-    end: where the next point of each number goes, changed; -1 = nowhere.
-    """
+def _sort(where: Array, number: Array, min_points: int) -> tuple[Array, Array]:
+    """Return what `Groups` are made of, see `Groups.of`."""
+    sizes = np.zeros(1 + max(-1, number.max()) if len(number) else 0, np.int64)
+    for point in range(len(number)):
+        sizes[number[point]] += 1
+    start, end, n_groups = np.zeros(len(sizes) + 1, np.int64), np.full(len(sizes), -1), 0
+    for group in range(len(sizes)):
+        if sizes[group] >= min_points:
+            end[group] = start[n_groups]
+            start[n_groups + 1] = start[n_groups] + sizes[group]
+            n_groups += 1
+    members = np.empty(start[n_groups], np.int64)
     for point in range(len(where)):
         place = end[number[point]]
         if place >= 0:
             members[place] = where[point]
             end[number[point]] = place + 1
+    return members, start[: n_groups + 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_ends(values: Array, start: Array, share: float, pool: Array, found: Array) -> None:
+def _find_boxes(members: Array, start: Array, mask: Array, boxes: Array, counts: Array) -> None:
+    """Set the (n_groups, 4) boxes and the (n_groups,) counts that `Groups.boxes` returns."""
+    height, width = mask.shape
+    for group in range(len(counts)):
+        left, top, right, bottom, n_in = width, height, 0, 0, 0
+        v = 0
+        for place in range(start[group], start[group + 1]):
+            # Most points are in the row of the one before, and divisions are slow.
+            if not 0 <= members[place] - v * width < width:
+                v = members[place] // width
+            u = members[place] - v * width
+            left, top, right, bottom = min(left, u), min(top, v), max(right, u), max(bottom, v)
+            n_in += mask[v, u]
+        boxes[group, 0], boxes[group, 1] = left, top
+        boxes[group, 2], boxes[group, 3] = right + 1, bottom + 1
+        counts[group] = n_in
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: Array) -> None:
     """Set what `Groups.ends` returns; pool: (size of the largest group,), to work with."""
     for group in range(len(found)):
         first, last = start[group], start[group + 1] - 1
         stride = 1 + (last - first) // 1000
         n = 1 + (last - first) // stride
-        low = min(int(share * n), n - 1 - int(share * n))
-        for column in range(values.shape[1]):
+        for one, (column, share) in enumerate(shares):
             for place in range(n):
-                pool[place] = values[first + place * stride, column]
-            for end, rank in enumerate((low, n - 1 - low)):
-                found[group, column, end] = _select(pool, end * low, n - 1, rank)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _select(pool: Array, first: int, last: int, rank: int) -> float:
-    """Return what would be at `rank` if pool[first : last + 1] were sorted; reorders it."""
-    while first < last:
-        pivot = pool[(first + last) // 2]
-        up, down = first, last
-        while up <= down:
-            while pool[up] < pivot:
-                up += 1
-            while pool[down] > pivot:
-                down -= 1
-            if up <= down:
-                pool[up], pool[down] = pool[down], pool[up]
-                up += 1
-                down -= 1
-        if rank <= down:
-            last = down
-        elif rank >= up:
-            first = up
-        else:
-            break
-    return float(pool[rank])
+                pool[place] = values[first + place * stride, int(column)]
+            n_beyond = min(int(share * n), n - 1 - int(share * n))
+            found[group, one, 0], found[group, one, 1] = find_ends(pool[:n], n_beyond)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

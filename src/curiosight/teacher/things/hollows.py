@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points
 
@@ -17,7 +17,7 @@ Array = npt.NDArray[Any]
 
 def find_hollows(
     number: Array,
-    boxes: Iterable[tuple[int, tuple[int, int, int, int]]],
+    boxes: Iterable[tuple[int, Sequence[int]]],
     is_support: Mask,
     points: Points,
     *,
@@ -35,21 +35,98 @@ def find_hollows(
         that ends upwards that go on so.
     """
     hollows = np.zeros(number.shape, np.int32)
-    for object_number, (left, top, right, bottom) in boxes:
-        box = slice(top, bottom), slice(left, right)
-        is_around = (number[box] != object_number).astype(np.uint8)
-        _, piece, stats, _ = cv2.connectedComponentsWithStats(is_around, connectivity=4)
-        for enclosed, (u, v, width, height, n_points) in enumerate(stats[1:], start=1):
-            if 0 in (u, v) or u + width == right - left or v + height == bottom - top:
-                continue
-            # With the row above it.
-            part = slice(top + v - 1, top + v + height), slice(left + u, left + u + width)
-            is_bottom = piece[v - 1 : v + height, u : u + width] == enclosed
-            is_bottom &= is_support[part]
-            edge = is_bottom[1:] & ~is_bottom[:-1]
-            step = points.depth[part][:-1][edge] - points.depth[part][1:][edge]
-            is_mostly_bottom = np.count_nonzero(is_bottom) > min_share * n_points
-            is_rising = np.abs(step) < max_step
-            if is_mostly_bottom and np.count_nonzero(is_rising) > min_share * len(is_rising):
-                hollows[part][is_bottom] = object_number
+    around = [(place, *box) for place, box in boxes]
+    if around:
+        settings = max_step, min_share
+        _find_hollows(number, np.array(around), is_support, points.depth, *settings, hollows)
     return hollows
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_hollows(
+    number: Array,
+    boxes: Array,
+    is_support: Array,
+    depth: Array,
+    max_step: float,
+    min_share: float,
+    hollows: Array,
+) -> None:
+    """Set (h, w) `hollows` as `find_hollows` says; boxes: (n, 5) number and ends of each."""
+    # The number of the flood that was at each point, in the order of all floods.
+    flooded, queue = np.zeros(number.shape, np.int32), np.empty((number.size, 2), np.int32)
+    highest, flood = np.float32(max_step), 0
+    for box in boxes:
+        before = flood
+        left, right, top, bottom = _outline(number, box)
+        for v in range(box[2], box[4]):
+            for u in range(left[v] + 1, right[v]):
+                is_new = is_support[v, u] and number[v, u] != box[0] and flooded[v, u] <= before
+                if not (is_new and top[u] < v < bottom[u]):
+                    continue
+                flood += 1
+                n = _flood(number, box, v, u, before, flood, flooded, queue)
+                n_bottom, n_edge, n_rising = 0, 0, 0
+                for row, column in queue[:n]:
+                    n_bottom += is_support[row, column]
+                    is_above = number[row - 1, column] != box[0] and is_support[row - 1, column]
+                    if is_support[row, column] and not is_above:
+                        n_edge += 1
+                        n_rising += abs(depth[row - 1, column] - depth[row, column]) < highest
+                if n_bottom > min_share * n and n_rising > min_share * n_edge:
+                    for row, column in queue[:n]:
+                        if is_support[row, column]:
+                            hollows[row, column] = box[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _outline(number: Array, box: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the ends of an object in each row, (h,) and (h,), and in each column, (w,) and (w,).
+
+    box: (5,) see `_find_hollows`.
+    """
+    height, width = number.shape
+    left, right = np.full(height, width), np.full(height, -1)
+    top, bottom = np.full(width, height), np.full(width, -1)
+    for v in range(box[2], box[4]):
+        for u in range(box[1], box[3]):
+            if number[v, u] == box[0]:
+                left[v], right[v] = min(left[v], u), u
+                top[u], bottom[u] = min(top[u], v), v
+    return left, right, top, bottom
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _flood(
+    number: Array,
+    box: Array,
+    v: int,
+    u: int,
+    before: int,
+    flood: int,
+    flooded: Array,
+    queue: Array,
+) -> int:
+    """Flood from a point inside a box without entering its object; return the points reached.
+
+    They are the first rows of (h * w, 2) `queue`; 0 = the flood has reached the end of the box.
+    flood: its number. before: that of the last one about another object.
+    """
+    flooded[v, u] = flood
+    queue[0, 0], queue[0, 1] = v, u
+    n_done, n_waiting = 0, 1
+    while n_done < n_waiting:
+        row, column = queue[n_done]
+        n_done += 1
+        for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
+            v, u = row + dv, column + du
+            if number[v, u] == box[0] or flooded[v, u] == flood:
+                continue
+            is_inside = box[1] < u < box[3] - 1 and box[2] < v < box[4] - 1
+            # Where another one was that left off, it came to the end.
+            if not is_inside or flooded[v, u] > before:
+                return 0
+            flooded[v, u] = flood
+            queue[n_waiting, 0], queue[n_waiting, 1] = v, u
+            n_waiting += 1
+    return n_waiting

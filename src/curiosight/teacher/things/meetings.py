@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any, Self
 
 import numpy as np
@@ -59,7 +58,7 @@ class Patches:
         with np.errstate(invalid="ignore", divide="ignore"):
             normals = sums[:, 5:8] / np.linalg.norm(sums[:, 5:8], axis=1, keepdims=True)
             bends = sums[:, 8] / sums[:, 9]
-        tops = groups.ends(heights[:, None], 0.03)[:, 0, 1]
+        tops = groups.ends(heights[:, None], [(0, 0.03)])[:, 0, 1]
         return cls(number, points, middles[:, :2], middles[:, 2:], normals, bends, tops, borders)
 
     def meet_convexly(self, *, max_concave: float = 0.5, min_pairs: int = 4) -> Array:
@@ -88,13 +87,14 @@ class Patches:
         max_angle_deg: between their normals. max_step: metres between them.
         """
         alike = self.normals @ self.normals.T > np.cos(np.radians(max_angle_deg))
-        way = self.places - self.places[:, None]
-        steps = np.abs(np.einsum("ijk,ik->ij", way, self.normals))
+        heights = self.normals @ self.places.T
+        steps = np.abs(heights - np.diagonal(heights)[:, None])
         alike &= np.maximum(steps, steps.T) < max_step
         alike &= self.borders[..., TOUCHING] == 0
-        for one, other in combinations(range(len(alike)), 2):
-            alike[one, other] = alike[one, other] and self._is_hidden_between(one, other)
-        return np.triu(alike, 1)
+        behind: Array = np.triu(alike, 1)
+        for one, other in np.argwhere(behind):
+            behind[one, other] = self._is_hidden_between(one, other)
+        return behind
 
     def _is_hidden_between(self, one: int, other: int, *, min_share: float = 0.8) -> bool:
         """Tell whether most of the straight line between two patches' middles is hidden."""
@@ -118,28 +118,28 @@ def _sum_patches(number: Array, xyz: Array, normals: Array, reach: int, sums: Ar
     sums: (n, 10).
     """
     height, width = number.shape
-    for here in range(number.size):
-        v, u = here // width, here % width
-        patch = number[v, u] - 1
-        if patch < 0:
-            continue
-        sums[patch, 0] += v
-        sums[patch, 1] += u
-        for axis in range(3):
-            sums[patch, 2 + axis] += xyz[here, axis]
-            if normals[here, axis] == normals[here, axis]:
-                sums[patch, 5 + axis] += normals[here, axis]
-        for dv, du in ((0, reach), (reach, 0)):
-            if v + dv >= height or u + du >= width or number[v + dv, u + du] != patch + 1:
+    for v in range(height):
+        for u in range(width):
+            patch, here = number[v, u] - 1, v * width + u
+            if patch < 0:
                 continue
-            there, bend, square = here + dv * width + du, 0.0, 0.0
+            sums[patch, 0] += v
+            sums[patch, 1] += u
             for axis in range(3):
-                way = xyz[there, axis] - xyz[here, axis]
-                bend += (normals[there, axis] - normals[here, axis]) * way
-                square += way * way
-            if bend == bend:
-                sums[patch, 8] += bend / square
-                sums[patch, 9] += 1
+                sums[patch, 2 + axis] += xyz[here, axis]
+                if normals[here, axis] == normals[here, axis]:
+                    sums[patch, 5 + axis] += normals[here, axis]
+            for dv, du in ((0, reach), (reach, 0)):
+                if v + dv >= height or u + du >= width or number[v + dv, u + du] != patch + 1:
+                    continue
+                there, bend, square = here + dv * width + du, 0.0, 0.0
+                for axis in range(3):
+                    way = xyz[there, axis] - xyz[here, axis]
+                    bend += (normals[there, axis] - normals[here, axis]) * way
+                    square += way * way
+                if bend == bend:
+                    sums[patch, 8] += bend / square
+                    sums[patch, 9] += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

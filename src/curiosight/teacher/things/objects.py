@@ -1,38 +1,53 @@
-"""Clusters on the supports (sec. II-A.2), each with its verdict."""
+"""The fourth stage: what is on the supports, in clusters, each with its verdict (sec. II-A.2)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import find_objects as find_windows
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.feet import join_feet
+from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.set_apart import set_apart
-from curiosight.teacher.things.things import Surroundings, Thing, find_things
+from curiosight.teacher.things.things import Thing, find_things
 from curiosight.teacher.things.touching import part_touching
 from curiosight.teacher.things.verdicts import Cluster, Verdict, judge
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 # What is whole may stand before these, and seem a part of them.
 TIED = frozenset({Verdict.CUT})
 
 
-def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Things:
+    """What is on the supports of a frame.
+
+    number: (h, w) int32, 1 + the place in `clusters` of each point; 0 = in none.
+    hollows: (h, w) int32, the same of the object that a point of a support is inside of.
+    """
+
+    around: Surroundings
+    clusters: list[Cluster]
+    number: Array
+    hollows: Array
+
+
+def find_objects(around: Surroundings) -> Things:
     """Cluster what is on each table, the highest first, then the rest over the lowest support.
 
     What is under a table stays out: its legs and apron are no objects, and would tie chairs
     together. On a seat, a bed or a shelf nothing is an object, so the rest has it.
 
-    free: (h, w) bool, the points of neither support nor wall. Return the (h, w) int32 number of
-    each point's cluster, 0 = none, and the clusters in the order of their numbers.
     """
-    bodies = connect_bodies(free, around.points.depth, around.settings.noise)
+    free, points = around.free, around.points
+    bodies = connect_bodies(free, points.depth, around.settings.noise)
     things = find_things(divide(free, bodies, around), around)
     judged = _judged(things, bodies, around)
     number = np.zeros(free.shape, np.int32)
@@ -45,14 +60,38 @@ def find_objects(free: Mask, around: Surroundings) -> tuple[Array, list[Cluster]
             carrier == place,
             free,
             support.heights,
-            around.points,
+            points,
             slab=support.settings.slab,
             noise=around.settings.noise,
         )
-    n_points = np.bincount(number.ravel(), minlength=1 + len(judged))[1:].tolist()
-    windows = find_windows(number, max_label=len(judged))
-    measured = zip(judged, n_points, windows, strict=True)
-    return number, [_cluster(*pair, n, window, around) for pair, n, window in measured]
+    extents = np.zeros((len(judged), 5), np.int64)
+    _measure_extents(number, extents)
+    measured = zip(judged, extents.tolist(), strict=True)
+    clusters = [_cluster(*pair, extent, around) for pair, extent in measured]
+    boxes = [
+        (place, extent[:4])
+        for place, extent in enumerate(extents.tolist(), start=1)
+        if clusters[place - 1].verdict is Verdict.OBJECT
+    ]
+    return Things(around, clusters, number, find_hollows(number, boxes, around.is_support, points))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure_extents(number: Array, extents: Array) -> None:
+    """Set (n, 5) u_min, v_min, u_max, v_max, ends exclusive, and the points of each number.
+
+    number: (h, w) from 1; 0 = none. extents: 0 before.
+    """
+    height, width = number.shape
+    for v in range(height):
+        for u in range(width):
+            if number[v, u] > 0:
+                extent = extents[number[v, u] - 1]
+                if extent[4] == 0:
+                    extent[0], extent[1] = u, v
+                extent[0], extent[2] = min(extent[0], u), max(extent[2], u + 1)
+                extent[3] = v + 1
+                extent[4] += 1
 
 
 def divide(free: Mask, bodies: Bodies, around: Surroundings) -> Array:
@@ -144,22 +183,14 @@ def _divide(
             free[v, u] = not (is_under or is_over)
 
 
-def _cluster(
-    thing: Thing,
-    verdict: Verdict,
-    n_points: int,
-    window: tuple[slice, slice],
-    around: Surroundings,
-) -> Cluster:
-    """Return a thing as the rest of the program knows it; n_points, window: with its foot."""
+def _cluster(thing: Thing, verdict: Verdict, extent: list[int], around: Surroundings) -> Cluster:
+    """Return a thing as the rest of the program knows it; extent: its box and points, with feet."""
     stride, support = around.points.stride, around.supports[thing.support]
-    rows, columns = window
-    ends = columns.start, rows.start, columns.stop, rows.stop
-    u_min, v_min, u_max, v_max = (stride * end for end in ends)
+    u_min, v_min, u_max, v_max = (stride * end for end in extent[:4])
     return Cluster(
         verdict=verdict,
         box=(u_min, v_min, u_max, v_max),
-        n_pixels=n_points * stride**2,
+        n_pixels=extent[4] * stride**2,
         size=thing.size,
         distance=thing.distance,
         support_height=float(max(0.0, around.supports[0].plane.offset - support.plane.offset)),

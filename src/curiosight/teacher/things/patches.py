@@ -17,7 +17,6 @@ import numpy.typing as npt
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import noise_band
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.union import join_nodes, number_sets
 
 Array = npt.NDArray[Any]
@@ -42,26 +41,56 @@ def find_patches(
     max_bend_deg: between the normals of two neighbours; more is a crease.
     """
     tolerance = noise_band(points.depth, TOLERANCE, noise)
-    where = np.flatnonzero(thing)
-    parent = np.arange(thing.size)
+    parent, patch = np.arange(thing.size), np.zeros(thing.shape, np.int32)
     normals = points.normals.reshape(-1, 3)
     surface = points.xyz.reshape(-1, 3), normals, tolerance
-    _link(where, thing, *surface, np.cos(np.radians(max_bend_deg)), REACH, parent)
-    known = where[np.isfinite(normals[where, 0])]
-    patch = np.zeros(thing.shape, np.int32)
-    if len(known):
-        smooth = np.full(thing.shape, -1, np.int32)
-        smooth.ravel()[known] = number_sets(parent)[known]
-        core = _core(smooth)
-        found = Groups.of(known, smooth.take(known), min_points=min_points)
-        whole = [members for members in found if core.take(members).any()]
-        for number, members in enumerate(whole, start=1):
-            patch.ravel()[members] = number
+    _link(thing, *surface, np.cos(np.radians(max_bend_deg)), REACH, parent)
+    smooth = _number_known(thing, normals, parent)
+    _number_whole(smooth, _core(smooth), min_points, patch)
     # One step of depth is bridged only where nothing else is left.
-    queue = np.empty(thing.size, np.int64)
+    queue = np.empty((thing.size, 2), np.int32)
     for slack in (2.0, np.inf):
         _grow(thing, points.depth, tolerance, slack, queue, patch)
     return patch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_known(thing: Array, normals: Array, parent: Array) -> Array:
+    """(h, w) int32 number, from 0, of the set of a thing's points with a normal; -1 elsewhere.
+
+    normals: (h * w, 3). parent: see `_link`.
+    """
+    number = number_sets(parent)
+    smooth = np.full(thing.shape, -1, np.int32)
+    for v in range(thing.shape[0]):
+        for u in range(thing.shape[1]):
+            here = v * thing.shape[1] + u
+            if thing[v, u] > 0 and normals[here, 0] == normals[here, 0]:
+                smooth[v, u] = number[here]
+    return smooth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _number_whole(smooth: Array, core: Array, min_points: int, patch: Array) -> None:
+    """Number the sets that have enough points and a core, from 1 and in their order, in `patch`.
+
+    All are (h, w); smooth: see `_number_known`.
+    """
+    sizes, number = np.zeros(smooth.max() + 1, np.int64), np.zeros(smooth.max() + 1, np.int32)
+    for v in range(smooth.shape[0]):
+        for u in range(smooth.shape[1]):
+            if smooth[v, u] >= 0:
+                sizes[smooth[v, u]] += 1
+                number[smooth[v, u]] |= core[v, u]
+    n_whole = 0
+    for one in range(len(sizes)):
+        is_whole = number[one] > 0 and sizes[one] >= min_points
+        n_whole += is_whole
+        number[one] = n_whole if is_whole else 0
+    for v in range(smooth.shape[0]):
+        for u in range(smooth.shape[1]):
+            if smooth[v, u] >= 0:
+                patch[v, u] = number[smooth[v, u]]
 
 
 def _core(smooth: Array) -> Array:
@@ -76,7 +105,6 @@ def _core(smooth: Array) -> Array:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _link(
-    where: Array,
     thing: Array,
     xyz: Array,
     normals: Array,
@@ -87,29 +115,29 @@ def _link(
 ) -> None:
     """Join the points of a thing with those to their right and below, where the surface goes on.
 
-    where: (n,) flat indices of the points. xyz, normals: (h * w, 3). tolerance: (h, w) metres.
+    xyz, normals: (h * w, 3). tolerance: (h, w) metres.
     """
     height, width = thing.shape
     flat = thing.ravel()
-    for here in where:
-        v, u = here // width, here % width
-        for shift, before, beyond in ((1, u, width - u), (width, v, height - v)):
-            there = here + shift
-            if beyond < 2 or flat[there] != flat[here]:
-                continue
-            cosine = 0.0
-            for axis in range(3):
-                cosine += normals[here, axis] * normals[there, axis]
-            limit = tolerance[v, u]
-            # Without a normal both are NaN, and compare false.
-            if not (cosine > min_cosine and in_front(xyz, normals, here, there) < limit):
-                continue
-            if before >= reach and beyond > reach + 1:
-                one, other = here - reach * shift, there + reach * shift
-                is_inside = flat[one] == flat[here] and flat[other] == flat[here]
-                if is_inside and in_front(xyz, normals, one, other) > limit:
+    for v in range(height):
+        for u in range(width):
+            here, limit = v * width + u, tolerance[v, u]
+            for shift, before, beyond in ((1, u, width - u), (width, v, height - v)):
+                there = here + shift
+                if flat[here] == 0 or beyond < 2 or flat[there] != flat[here]:
                     continue
-            join_nodes(parent, here, there)
+                cosine = 0.0
+                for axis in range(3):
+                    cosine += normals[here, axis] * normals[there, axis]
+                # Without a normal both are NaN, and compare false.
+                if not (cosine > min_cosine and in_front(xyz, normals, here, there) < limit):
+                    continue
+                if before >= reach and beyond > reach + 1:
+                    one, other = here - reach * shift, there + reach * shift
+                    is_inside = flat[one] == flat[here] and flat[other] == flat[here]
+                    if is_inside and in_front(xyz, normals, one, other) > limit:
+                        continue
+                join_nodes(parent, here, there)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -134,17 +162,18 @@ def _grow(
     """Give points of a thing without a patch that of the nearest point with one.
 
     The way there goes through the thing and has no step in depth over `slack` tolerances.
-    queue: (h * w,), to work with.
+    queue: (h * w, 2), to work with.
     """
     height, width = thing.shape
     n_waiting = 0
-    for here in range(thing.size):
-        if patch[here // width, here % width] > 0:
-            queue[n_waiting] = here
-            n_waiting += 1
+    for v in range(height):
+        for u in range(width):
+            if patch[v, u] > 0:
+                queue[n_waiting, 0], queue[n_waiting, 1] = v, u
+                n_waiting += 1
     n_done = 0
     while n_done < n_waiting:
-        v, u = queue[n_done] // width, queue[n_done] % width
+        v, u = queue[n_done]
         n_done += 1
         for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
             row, column = v + dv, u + du
@@ -154,5 +183,5 @@ def _grow(
                 continue
             if abs(depth[row, column] - depth[v, u]) <= slack * tolerance[v, u]:
                 patch[row, column] = patch[v, u]
-                queue[n_waiting] = row * width + column
+                queue[n_waiting, 0], queue[n_waiting, 1] = row, column
                 n_waiting += 1

@@ -11,11 +11,11 @@ from curiosight.errors.compiling import njit
 from curiosight.teacher.things.bodies import Bodies
 from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.things import (
-    Surroundings,
     Thing,
     are_standing,
     measure_things,
 )
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 # A body meets what is beside it within so many cells: readings at a step are torn.

@@ -9,13 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.teacher.cloud.planes import Mask, horizontal_axes
-from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.settings import SegmentationSettings
-from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.cloud.planes import horizontal_axes
 from curiosight.teacher.things.clusters import euclidean_clusters, join_stacked
 from curiosight.teacher.things.groups import Groups
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 # So far apart, metres, are things on two supports moved before they are clustered.
@@ -26,20 +23,8 @@ MIN_PART_PX = 60
 MIN_FOOT_SHARE = 0.02
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
 MAX_ASIDE = 0.7
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What things are found in and judged against.
-
-    supports: lowest first. border: (h, w) bool, what no object may touch.
-    """
-
-    points: Points
-    supports: list[Support]
-    walls: list[Wall]
-    border: Mask
-    settings: SegmentationSettings
+# Share of its points at the border of the image by which that cuts a thing: fewer are stray.
+MAX_AT_BORDER = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,11 +61,11 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
         return []
     support = carrier.take(parts.members[parts.start[:-1]])
     places = _places(parts, support, around)
-    boxes = parts.ends(places, 0.02)
-    hovers = ~_reach_down(parts, places[:, 2], support, around)
+    boxes = parts.ends(places, [(axis, 0.02) for axis in range(3)])
+    hovers = ~_reach_down(parts, places, support, around)
     hovers &= parts.hidden_shares(points.depth) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
-    is_part = hovers & ~_is_cut(parts, around.border)
+    is_part = hovers & (parts.boxes(around.border)[1] <= MAX_AT_BORDER * parts.sizes)
     max_size = np.array([s.settings.max_size for s in supports]).take(support)
     is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < max_size
     thing = join_stacked(boxes, is_part, support)
@@ -103,19 +88,40 @@ def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Arr
 
 def _cluster(carrier: Array, around: Surroundings) -> Groups:
     """Return the points over supports in groups that stand together, none over two supports."""
-    limits = [support.settings for support in around.supports]
+    points, kinds = (
+        around.points,
+        [(s.settings.leaf, s.settings.tolerance) for s in around.supports],
+    )
     members, numbers, n_clusters = [], [], 0
-    for leaf, tolerance in sorted({(limit.leaf, limit.tolerance) for limit in limits}):
-        chosen = [(limit.leaf, limit.tolerance) == (leaf, tolerance) for limit in limits]
-        where = np.flatnonzero(np.array([*chosen, False]).take(carrier))
-        xyz = around.points.xyz_at(where).astype(np.float64)
-        xyz[:, 0] += APART * carrier.take(where)
+    for leaf, tolerance in sorted({*kinds}):
+        is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
+        where, xyz = _points_over(carrier, is_chosen, points.xyz)
         number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
         members.append(where)
         numbers.append(number + n_clusters)
         n_clusters += 1 + int(number.max(initial=-1))
     where, number = np.concatenate(members), np.concatenate(numbers)
-    return Groups.of(where, number, min_points=max(2, MIN_PART_PX // around.points.stride**2))
+    return Groups.of(where, number, min_points=max(2, MIN_PART_PX // points.stride**2))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _points_over(carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
+    """Return flat indices and (n, 3) float64 places of the points over some supports.
+
+    carrier: see `find_things`. is_chosen: (n_supports,) bool. Supports are moved apart.
+    """
+    flat, n = carrier.ravel(), 0
+    for here in range(len(flat)):
+        n += flat[here] >= 0 and is_chosen[flat[here]]
+    where, places, n = np.empty(n, np.int64), np.empty((n, 3)), 0
+    for v in range(carrier.shape[0]):
+        for u in range(carrier.shape[1]):
+            if carrier[v, u] >= 0 and is_chosen[carrier[v, u]]:
+                where[n] = v * carrier.shape[1] + u
+                places[n, 0] = xyz[v, u, 0] + APART * carrier[v, u]
+                places[n, 1], places[n, 2] = xyz[v, u, 1], xyz[v, u, 2]
+                n += 1
+    return where, places
 
 
 def measure_things(
@@ -125,25 +131,23 @@ def measure_things(
 
     support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
     """
-    points = around.points
     places = _places(groups, support, around)
-    low, high = np.moveaxis(groups.ends(places), 2, 0)
+    ends = groups.ends(places, [(0, 0.01), (1, 0.01), (2, 0.01), (2, 0.1), (3, 0.5)])
     # What is below the support, by noise, adds nothing to the height.
-    low[:, 2] = np.maximum(low[:, 2], 0)
-    trunk = groups.ends(places[:, 2:], 0.1)[:, 0]
-    distance = groups.ends(points.depth.take(groups.members)[:, None], 0.5).mean(axis=(1, 2))
+    ends[:, 2, 0] = np.maximum(ends[:, 2, 0], 0)
+    boxes, n_at_border = groups.boxes(around.border)
     measured = zip(
         groups,
         support.tolist(),
-        groups.boxes(points.depth.shape[1]).tolist(),
-        (high - low).tolist(),
-        *trunk.T.tolist(),
-        distance.tolist(),
-        _is_cut(groups, around.border).tolist(),
+        boxes.tolist(),
+        (ends[:, :3, 1] - ends[:, :3, 0]).tolist(),
+        *ends[:, 3].T.tolist(),
+        ends[:, 4].mean(axis=1).tolist(),
+        (n_at_border > MAX_AT_BORDER * groups.sizes).tolist(),
         stands.tolist(),
         strict=True,
     )
-    min_points = around.settings.min_cluster_px / points.stride**2
+    min_points = around.settings.min_cluster_px / around.points.stride**2
     return [
         Thing(members, place, tuple(box), tuple(size), *rest)
         for members, place, box, size, *rest in measured
@@ -153,51 +157,42 @@ def measure_things(
 
 def are_standing(groups: Groups, support: Array, around: Surroundings) -> Array:
     """(n_groups,) bool: reach down to their supports, the (n_groups,) places in `supports`."""
-    return _reach_down(groups, _places(groups, support, around)[:, 2], support, around)
+    return _reach_down(groups, _places(groups, support, around), support, around)
 
 
-def _reach_down(groups: Groups, heights: Array, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) bool: have a foot, of which thin legs are a small share.
-
-    heights: (n,) metres of the members over the (n_groups,) places in `supports`.
-    """
-    depth = around.points.depth.take(groups.members)
-    mean_depth = np.add.reduceat(depth, groups.start[:-1]) / groups.sizes
+def _reach_down(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) bool: have a foot on their support, of which thin legs are a small share."""
+    mean_depth = np.add.reduceat(places[:, 3], groups.start[:-1]) / groups.sizes
     slab = np.array([s.settings.slab for s in around.supports]).take(support)
     reach = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
-    n_low = groups.count(heights <= np.repeat(reach, groups.sizes))
+    is_low = places[:, 2] <= np.repeat(reach, groups.sizes)
+    n_low = np.add.reduceat(is_low, groups.start[:-1], dtype=np.int64)
     n_least = np.minimum(MIN_FOOT_SHARE * groups.sizes, MIN_PART_PX / around.points.stride**2)
     stands: Array = n_low > n_least
     return stands
 
 
 def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
-    """(n, 3) metres of the members along two level axes and over the support of their group."""
-    axes = np.empty((len(around.supports), 4, 3), np.float32)
-    for to_place, one in zip(axes, around.supports, strict=True):
-        up = one.plane.normal
-        to_place[:3] = np.stack([*horizontal_axes(up), up], axis=1)
-        to_place[3] = 0, 0, one.plane.offset
-    places = np.empty((len(groups.members), 3), np.float32)
-    _place(around.points.xyz.reshape(-1, 3), groups.members, groups.start, support, axes, places)
+    """(n, 4) metres of the members along two level axes, over their group's support, along z."""
+    planes = np.array([[*s.plane.normal, s.plane.offset] for s in around.supports])
+    places = np.empty((len(groups.members), 4), np.float32)
+    _place(around.points.xyz.reshape(-1, 3), groups.members, groups.start, support, planes, places)
     return places
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _place(
-    xyz: Array, members: Array, start: Array, support: Array, axes: Array, places: Array
+    xyz: Array, members: Array, start: Array, support: Array, planes: Array, places: Array
 ) -> None:
-    """Set what `_places` returns; xyz: (h * w, 3). axes: (n_supports, 4, 3), from (x, y, z, 1)."""
+    """Set what `_places` returns; xyz: (h * w, 3). planes: (n_supports, 4) normals and offsets."""
+    to_place = np.zeros((4, 3), np.float32)
     for group in range(len(support)):
-        to_place = axes[support[group]]
+        plane = planes[support[group]]
+        to_place[:3, 0], to_place[:3, 1] = horizontal_axes(plane[:3])
+        to_place[:, 2] = plane
         for place in range(start[group], start[group + 1]):
             x, y, z = xyz[members[place]]
             for axis in range(3):
                 sideways = x * to_place[0, axis] + y * to_place[1, axis]
                 places[place, axis] = sideways + z * to_place[2, axis] + to_place[3, axis]
-
-
-def _is_cut(groups: Groups, border: Mask, *, max_share: float = 0.02) -> Array:
-    """(n_groups,) bool: touches the border, by more than stray points beside it."""
-    is_cut: Array = groups.count(border.take(groups.members)) > max_share * groups.sizes
-    return is_cut
+            places[place, 3] = z

@@ -9,14 +9,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.meetings import TOUCHING, Patches
 from curiosight.teacher.things.patches import find_patches
-from curiosight.teacher.things.things import Surroundings, Thing, measure_things
+from curiosight.teacher.things.things import Thing, measure_things
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
 
@@ -114,6 +116,8 @@ def _join_around(
 
     All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
     """
+    if not hollows.any():
+        return
     n_pieces, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     for one in range(1, n_pieces):
@@ -124,22 +128,45 @@ def _join_around(
             join_nodes(parent, int(wall[0]), int(other))
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _join_small(touching: Array, sizes: Array, whose: Array, least: float, parent: Array) -> None:
     """Join what is too small to be an object with what it touches most, or its thing's largest.
 
     touching: (n, n) pairs of neighbours. sizes: (n,) points of each patch. whose: (n,) thing.
     """
-    while True:
-        number = number_sets(parent)
-        total = np.bincount(number, sizes)
-        for small in np.argsort(total, kind="stable"):
-            is_in = number == small
-            others = (~is_in) & (whose == whose[is_in][0])
-            if total[small] < least and others.any():
-                shared = np.where(others, touching[is_in].sum(axis=0), -1)
-                # Where it touches nothing, the largest.
-                best = np.lexsort((np.where(others, total[number], -1), shared))[-1]
-                join_nodes(parent, int(np.flatnonzero(is_in)[0]), int(best))
+    is_done = False
+    while not is_done:
+        is_done, number = True, number_sets(parent)
+        total = np.zeros(number.max() + 1, np.int64)
+        for one in range(len(sizes)):
+            total[number[one]] += sizes[one]
+        for small in np.argsort(total, kind="mergesort"):
+            first, other = _most_touching(touching, whose, number, total, small)
+            if total[small] < least and other >= 0:
+                join_nodes(parent, first, other)
+                is_done = False
                 break
-        else:
-            return
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _most_touching(
+    touching: Array, whose: Array, number: Array, total: Array, small: int
+) -> tuple[int, int]:
+    """Return the first patch of a set, and that of another in its thing that touches it most.
+
+    Of those that touch it as much, or not, it is that of the largest set; -1 = there is none.
+    number: (n,) set of each patch. total: points of each set. The rest as in `_join_small`.
+    """
+    shared = np.zeros(len(number), np.int64)
+    first, best = -1, -1
+    for one in range(len(number)):
+        if number[one] == small:
+            first = one if first < 0 else first
+            shared += touching[one]
+    for other in range(len(number)):
+        if number[other] == small or whose[other] != whose[first]:
+            continue
+        here = shared[other], total[number[other]]
+        if best < 0 or here >= (shared[best], total[number[best]]):
+            best = other
+    return first, best

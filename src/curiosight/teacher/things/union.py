@@ -12,17 +12,6 @@ from curiosight.errors.compiling import njit
 Array = npt.NDArray[Any]
 
 
-def number_sets(parent: Array) -> Array:
-    """Return the (n,) number of each node's set, in the order of their first nodes.
-
-    parent: (n,) the node that each was joined to; in the beginning each is its own. Ways to a
-        root are shortened, the sets stay.
-    """
-    number = np.full(len(parent), -1)
-    _number_roots(parent, number)
-    return number
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def join_nodes(parent: Array, one: int, other: int) -> None:
     """Join the sets of two nodes."""
@@ -48,12 +37,17 @@ def root_of(parent: Array, node: int) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _number_roots(parent: Array, number: Array) -> None:
-    """Set the (n,) numbers, -1 before, as `number_sets` says."""
-    n_roots = 0
+def number_sets(parent: Array) -> Array:
+    """Return the (n,) number of each node's set, in the order of their first nodes.
+
+    parent: (n,) the node that each was joined to; in the beginning each is its own. Ways to a
+        root are shortened, the sets stay.
+    """
+    number, n_roots = np.full(len(parent), -1), 0
     for node in range(len(parent)):
         root = root_of(parent, node)
         if number[root] < 0:
             number[root] = n_roots
             n_roots += 1
         number[node] = number[root]
+    return number

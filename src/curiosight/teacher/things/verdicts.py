@@ -10,13 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask, horizontal_axes
-from curiosight.teacher.cloud.points import Points, ends
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
-from curiosight.teacher.things.things import Surroundings, Thing
+from curiosight.teacher.things.things import Thing
+from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+
+
+# Share of a thing that is straight above or below a surface which is its own.
+MIN_UNDER_LID = 0.3
 
 
 class Verdict(Enum):
@@ -63,7 +70,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.CUT
     if hypot(*thing.size) < limits.min_size:
         return Verdict.SMALL
-    if not _fits(thing, support, around.points):
+    if not _fits(thing, around):
         return Verdict.LARGE
     if _is_sparse(thing, around.points):
         return Verdict.SPARSE
@@ -76,34 +83,38 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.FAR
     if _goes_on_nearer(thing, depth, around.points.depth, settings.near_range):
         return Verdict.NEAR
-    xyz = around.points.xyz_at(thing.members)
-    walls = _walls_at(xyz, around.walls, 2 * settings.wall_gap)
-    if any(_is_part_of_wall(wall, thing, xyz, support, around) for wall in walls):
+    if any(_is_part_of_wall(wall, thing, support, around) for wall in around.walls):
         return Verdict.WALL_PART
     # From above, over a table, the whole of a thing is seen, and how little it rises is sure.
-    least = 1.1 if support.is_table and _is_from_above(xyz, support) else 2.0
+    least = 1.1 if support.is_table and _is_from_above(thing, around) else 2.0
     if thing.top < least * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
 
-def _fits(thing: Thing, support: Support, points: Points, *, n_headings: int = 9) -> bool:
+def _fits(thing: Thing, around: Surroundings, *, n_headings: int = 9) -> bool:
     """Tell whether the smallest upright box around a thing is no larger than objects are.
 
-    The camera's axes are tried first, then others.
+    What is wider than objects mostly are must be known to carry nothing. The camera's axes are
+    tried first, then others.
     """
+    support = around.supports[thing.support]
     limits, height = support.settings, thing.size[2]
+    most = limits.max_width
+    if any(_share_in(lid, thing) > MIN_UNDER_LID for lid in around.lids):
+        most = limits.max_size
 
     def is_in_size(width: float, length: float) -> bool:
         across = hypot(width, length)
-        return across <= limits.max_width and hypot(across, height) <= limits.max_size
+        return across <= most and hypot(across, height) <= limits.max_size
 
     if is_in_size(*thing.size[:2]):
         return True
-    # Across its diagonal the box of a thing is at most so much larger.
-    if hypot(*thing.size[:2]) > np.sqrt(2) * limits.max_width:
+    # The box around a thing that is turned by 45 degrees is at most so much larger.
+    if hypot(*thing.size[:2]) > np.sqrt(2) * most:
         return False
-    places = points.xyz_at(thing.members) @ np.stack(horizontal_axes(support.plane.normal), axis=1)
+    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
+    places = around.points.xyz_at(thing.members) @ axes
     for heading in np.pi / 2 * np.arange(1, n_headings) / n_headings:
         cos, sin = np.cos(heading), np.sin(heading)
         turned = places @ np.array([[cos, -sin], [sin, cos]], np.float32)
@@ -113,10 +124,11 @@ def _fits(thing: Thing, support: Support, points: Points, *, n_headings: int = 9
     return False
 
 
-def _is_from_above(xyz: Array, support: Support, *, min_cosine: float = 0.82) -> bool:
-    """Tell whether the camera looks down on (n, 3) points within 35° of straight down."""
-    middle = xyz.mean(axis=0)
-    return bool(-(support.plane.normal @ middle) > min_cosine * np.linalg.norm(middle))
+def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
+    """Tell whether the camera looks down on a thing within 35° of straight down."""
+    middle = around.points.xyz_at(thing.members).mean(axis=0)
+    up = around.supports[thing.support].plane.normal
+    return bool(-(up @ middle) > min_cosine * np.linalg.norm(middle))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
@@ -148,8 +160,10 @@ def _goes_on_nearer(
     max_width: diagonal of a slender thing's ground plan, metres.
     min_share: of the thing's columns that end so, with no reading above.
     """
+    if hypot(*thing.size[:2]) > max_width:
+        return False
     nearest = ends(depth, 0.02)[0]
-    if nearest > near or hypot(*thing.size[:2]) > max_width:
+    if nearest > near:
         return False
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))
@@ -178,65 +192,59 @@ def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
 
 
 def _share_in(mask: Mask, thing: Thing) -> float:
-    return np.count_nonzero(mask.take(thing.members)) / len(thing.members)
+    return float(_count_in(mask, thing.members)) / len(thing.members)
 
 
-def _walls_at(xyz: Array, walls: list[Wall], gap: float) -> list[Wall]:
-    """Return the walls that the box around (n, 3) points is not before by more than a gap."""
-    if not walls:
-        return []
-    # NumPy finds the least of a row much faster than that of a column.
-    places = np.ascontiguousarray(xyz.T)
-    low, high = places.min(axis=1), places.max(axis=1)
-    normals = np.array([wall.normal for wall in walls])
-    offsets = np.array([wall.offset for wall in walls])
-    nearest = normals @ (low + high) / 2 - np.abs(normals) @ (high - low) / 2 + offsets
-    return [wall for wall, distance in zip(walls, nearest, strict=True) if distance <= gap]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_in(mask: Array, where: Array) -> int:
+    """Count the flat indices where a (h, w) mask is True."""
+    flat, n_in = mask.ravel(), 0
+    for point in where:
+        n_in += flat[point]
+    return n_in
 
 
-def _is_part_of_wall(
-    wall: Wall, thing: Thing, xyz: Array, support: Support, around: Surroundings
-) -> bool:
-    """Tell whether a thing hangs on a wall, or is round its corner; xyz: (n, 3) of its members.
+def _is_part_of_wall(wall: Wall, thing: Thing, support: Support, around: Surroundings) -> bool:
+    """Tell whether a thing hangs on a wall, or is round its corner.
 
     On the floor nothing stands as close to a wall as a radiator, or a curtain.
     """
-    n_straight, n_behind = wall.count_sides(xyz)
-    if 2 * n_straight > len(xyz):
-        distance = wall.distance(xyz)
-        gap = np.abs(distance)
-        if 2 * np.count_nonzero(gap < around.settings.wall_gap) > len(xyz):
+    n, gap = len(thing.members), around.settings.wall_gap
+    n_straight, n_behind, n_close, n_near = wall.count_sides(around.points, thing.members, gap)
+    if 2 * n_straight > n:
+        if 2 * n_close > n:
             return True
         # Seen through a window, not through a door.
-        floats = thing.bottom > 0.3
-        if not support.is_table and floats and 2 * np.count_nonzero(distance < 0) > len(xyz):
-            return True
-        if not support.is_table and ends(gap, 0.05)[1] < 2 * around.settings.wall_gap:
+        is_behind = thing.bottom > 0.3 and 2 * n_behind > n
+        if not support.is_table and (is_behind or n_near >= n - int(0.05 * n)):
             return True
     # The other face lies behind.
-    if 2 * n_behind < len(xyz) or not wall.inliers.any():
+    if 2 * n_behind < n or not wall.inliers.any():
         return False
-    return _turns_corner(around.points, thing.members, wall)
+    return bool(_turns_corner(around.points.depth, thing.members, wall.inliers))
 
 
-def _turns_corner(points: Points, members: Array, wall: Wall, *, reach: int = 6) -> bool:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _turns_corner(depth: Array, members: Array, inliers: Array, reach: int = 6) -> bool:
     """Tell whether a cluster is the other face of a wall, round a convex corner.
 
     It lies behind the wall's plane, and in most of its rows goes over into the wall sideways,
     without a step. Together they are larger than any object. What stands before a wall meets
     it in a concave corner and stays out of this.
 
+    depth, inliers: (h, w), of the points and of the wall. members: (n,) flat indices.
     reach: cells over the crease, where no normal is known.
     """
-    height, width = points.depth.shape
-    v, u = np.unravel_index(members, points.depth.shape)
+    height, width = depth.shape
     first, last = np.full(height, width), np.full(height, -1)
-    np.minimum.at(first, v, u)
-    np.maximum.at(last, v, u)
-    rows = np.unique(v)
-    for edge, beyond in ((first, -reach), (last, reach)):
-        there = np.clip(edge[rows] + beyond, 0, width - 1)
-        step = np.abs(points.depth[rows, there] - points.depth[rows, edge[rows]])
-        if np.mean(wall.inliers[rows, there] & (step < 0.10)) > 0.5:
-            return True
-    return False
+    for point in members:
+        v, u = point // width, point % width
+        first[v], last[v] = min(first[v], u), max(last[v], u)
+    n_rows, n_before, n_beyond = 0, 0, 0
+    for v in range(height):
+        if last[v] >= 0:
+            left, right = max(first[v] - reach, 0), min(last[v] + reach, width - 1)
+            n_rows += 1
+            n_before += inliers[v, left] and abs(depth[v, left] - depth[v, first[v]]) < 0.10
+            n_beyond += inliers[v, right] and abs(depth[v, right] - depth[v, last[v]]) < 0.10
+    return 2 * max(n_before, n_beyond) > n_rows

@@ -1,4 +1,4 @@
-"""Points in; upright planes that end nothing but the room out, with their openings.
+"""`Supports` in, `Surroundings` out: upright planes that end nothing but the room are added.
 
-Read `walls.py` first; `faces.py` fits one.
+Read `surroundings.py` first, the third stage; `walls.py` finds walls, `faces.py` fits one.
 """

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from curiosight.teacher.cloud.plane_fit import fit_plane
 from curiosight.teacher.cloud.planes import Mask, Surface, coordinates_on, mask_of
-from curiosight.teacher.cloud.points import Points, ends
+from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.walls.openings import find_openings
 
 Array = npt.NDArray[Any]

@@ -1,0 +1,92 @@
+"""The teacher's rules, numbered as in docs/teacher.md, and how to leave each out."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule and what stands in its place when it is left out.
+
+    key: its number. where: the name in the module that uses it, "package.module:name" below
+    `curiosight.teacher`, of a function, a method ("Class.method") or a constant; or a setting,
+    "section.name". instead: what is put there.
+    """
+
+    key: str
+    where: str
+    instead: Any
+
+    @contextmanager
+    def left_out(self) -> Iterator[dict[str, Any]]:
+        """Replace the rule while the block runs; yields the settings that do so, if any."""
+        module, is_code, name = self.where.partition(":")
+        if not is_code:
+            yield {self.where: self.instead}
+            return
+        owner: Any = importlib.import_module(f"curiosight.teacher.{module}")
+        *parents, last = name.split(".")
+        for parent in parents:
+            owner = getattr(owner, parent)
+        whole = vars(owner)[last]
+        setattr(owner, last, self.instead)
+        try:
+            yield {}
+        finally:
+            setattr(owner, last, whole)
+
+
+def _no(*_: Any, **__: Any) -> bool:
+    return False
+
+
+def _nowhere(_: Any, points: Any) -> Any:
+    return np.zeros(points.depth.shape, np.bool_)
+
+
+def _frameless(camera: Any, stride: int, *_: Any) -> Any:
+    return np.zeros((-(-camera.height // stride), -(-camera.width // stride)), np.bool_)
+
+
+def _each_alone(boxes: Any, *_: Any, **__: Any) -> Any:
+    return np.arange(len(boxes))
+
+
+RULES = (
+    # Where a view ends, and how exact its sensor is.
+    Rule("V1", "cloud.view:cut_by", _nowhere),
+    Rule("V2", "cloud.view:border_mask", _frameless),
+    Rule("V3", "segmentation.follow_sensor", False),
+    Rule("V4", "supports.footing:votes_on_up", lambda points, max_range: points.area),
+    # What is a support.
+    Rule("S1", "supports.footing:MAX_SHARE_BELOW", 2.0),
+    Rule("S2", "segmentation.min_table_area", 0.06),
+    Rule("S4", "memory.survey:map_tables", lambda *_, **__: ()),
+    # What is a wall.
+    Rule("W1", "walls.faces:find_openings", lambda *args, **__: np.zeros(args[4], np.bool_)),
+    Rule("W2", "walls.faces:Face.below_top", lambda face, *_: face),
+    Rule("W3", "walls.surroundings:_before_camera", lambda *_: []),
+    Rule("W4", "walls.headings:Headings.voters", lambda headings: np.zeros(1, np.bool_)),
+    # What is one thing.
+    Rule("T1", "things.things:join_stacked", _each_alone),
+    Rule("T2", "things.things:_are_below_camera", lambda boxes, *_: np.zeros(len(boxes), bool)),
+    Rule("T3", "things.objects:beside_table", lambda bodies, _: np.zeros(bodies.n, np.bool_)),
+    Rule("T4", "things.objects:set_apart", lambda *_: []),
+    Rule("T5", "things.objects:part_touching", lambda things, _: things),
+    Rule("T6", "things.objects:join_feet", lambda *_, **__: None),
+    Rule("T7", "things.objects:find_hollows", lambda number, *_: np.zeros_like(number)),
+    # What is an object.
+    Rule("O1", "things.verdicts:_is_sparse", _no),
+    Rule("O2", "things.verdicts:_is_part_of_table", _no),
+    Rule("O3", "things.verdicts:_goes_on_nearer", _no),
+    Rule("O4", "things.verdicts:_is_part_of_wall", _no),
+    Rule("O5", "things.verdicts:_turns_corner", _no),
+    Rule("O6", "things.verdicts:_is_from_above", _no),
+)
