@@ -9,15 +9,9 @@ import numpy.typing as npt
 
 from curiosight.frame import Depth, Label
 from curiosight.teacher.cloud.points import spread
-from curiosight.teacher.segmented import (
-    CODE_OF,
-    FLOOR,
-    FOUND_AS,
-    UNDER_TABLE,
-    WALL,
-    Segmentation,
-)
+from curiosight.teacher.segmented import CODE_OF, FOUND_AS, UNDER_TABLE, WALL, Segmentation
 from curiosight.teacher.supports.slab import on_supports, under_tables
+from curiosight.teacher.supports.supports import FLOOR
 from curiosight.teacher.things.objects import Things
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 from curiosight.teacher.walls.surroundings import Surroundings

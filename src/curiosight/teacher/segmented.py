@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.supports.supports import FLOOR, Support
 from curiosight.teacher.supports.tops import Kind
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 UNSEEN, ALONE = "no reading, or beyond the range", "in no cluster"
 DOUBTED = "in an object: enclosed by it, or denied by other views"
 UNDER_TABLE, TOLD_NOTHING = "under a table", "the frame tells nothing"
-FLOOR, WALL, SALIENT = "floor", "wall", "object"
+WALL, SALIENT = "wall", "object"
 # What a level surface over the floor is called.
 FOUND_AS = {kind: kind.value for kind in Kind if kind is not Kind.THING}
 # Codes of `Segmentation.reasons`.

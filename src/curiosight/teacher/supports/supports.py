@@ -27,6 +27,7 @@ from curiosight.teacher.supports.tops import Kind
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
 
+FLOOR = "floor"
 # Half the thickness of a plane in the fits, beside the sensor's noise.
 PLANE_BAND = 0.008
 # Supports within this height (metres) are one; pose drift and tilt stay below it.
@@ -59,6 +60,11 @@ class Support:
     @property
     def is_table(self) -> bool:
         return self.extent is not None
+
+    @property
+    def name(self) -> str:
+        """What it is, in words."""
+        return self.kind.value if self.is_table else FLOOR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
