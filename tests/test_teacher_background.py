@@ -11,19 +11,24 @@ import pytest
 
 from curiosight.frame import Pose
 from curiosight.teacher import SegmentationSettings
-from curiosight.teacher.cloud.planes import Plane, Surface, facing, noise_band
+from curiosight.teacher.cloud.planes import Plane, Surface, noise_band
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.settings import FLOOR, TABLE
-from curiosight.teacher.supports.slab import on_supports
+from curiosight.teacher.supports.slab import (
+    NOTHING,
+    ON_FLOOR,
+    ON_FURNITURE,
+    ON_TABLE,
+    on_supports,
+)
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.supports.table_map import Table
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.objects import _take_over
-from curiosight.teacher.things.verdicts import _walls_at
 from curiosight.teacher.walls.headings import Headings, _sum_around, _vote
 from curiosight.teacher.walls.surroundings import Surroundings
-from curiosight.teacher.walls.wall_map import _are_in_view, recognise
+from curiosight.teacher.walls.wall_map import _are_in_view, _mark_within, recognise
 from room import look
 from scenes import CAMERA, kinect_noise, see
 
@@ -59,28 +64,38 @@ def test_distances_are_those_of_the_points(points: Points) -> None:
     np.testing.assert_allclose(plane.distances(points), expected, atol=2e-6)
 
 
-def test_facing_is_told_by_the_cosine(points: Points) -> None:
+def test_surface_is_what_faces_a_direction_with_its_places(points: Points) -> None:
     free = np.random.default_rng(SEED).random(points.depth.shape) < 0.5
-    cosine = points.normals @ UP.astype(np.float32)
-    expected = free & (cosine > 0.2) & (cosine < 0.95)
-    found = facing(points, UP, 0.2, 0.95, free)
-    assert found.any()
-    assert np.count_nonzero(found != expected) <= 2  # by rounding
+    band, cosine = noise_band(points.depth, 0.01, NOISE), points.normals @ UP.astype(np.float32)
+    np.testing.assert_allclose(band, 0.01 + NOISE * points.depth**2, rtol=1e-6)
+    expected = np.flatnonzero(free & (cosine > 0.2) & (cosine < 0.95))
+    surface = Surface.facing(points, band, free, UP, 0.2, 0.95)
+    assert len(np.setxor1d(surface.where, expected)) <= 2  # by rounding
+    some = surface.at(np.arange(3, 40, 5))
+    for one in (surface, some):
+        v, u = np.unravel_index(one.where, free.shape)
+        np.testing.assert_array_equal(one.xyz, points.xyz[v, u])
+        np.testing.assert_array_equal(one.normals, points.normals[v, u])
+        np.testing.assert_array_equal(one.area, points.area[v, u])
+        np.testing.assert_array_equal(one.band, band[v, u])
+    np.testing.assert_array_equal(some.where, surface.where[3:40:5])
 
 
 def test_on_a_support_is_what_is_in_its_slab_and_extent_and_not_upright(points: Points) -> None:
     floor, table = floor_of(points), table_of(points, np.random.default_rng(SEED))
-    expected = np.zeros(points.depth.shape, np.bool_)
-    for support in (floor, table):
+    expected = np.zeros(points.depth.shape, np.uint8)
+    seat = replace(table, carries_objects=False, extent=table.extent & (points.depth < 2))
+    supports = {ON_FLOOR: floor, ON_TABLE: table, ON_FURNITURE: seat}
+    for kind, support in supports.items():
         slab = support.settings.slab + NOISE * points.depth**2
         is_in_slab = np.abs(support.heights) < slab
         facing_up = np.abs(points.normals @ UP.astype(np.float32))
         is_low = np.abs(support.heights) < slab / 2
         is_upright = np.where(np.isnan(facing_up), ~is_low, facing_up < 0.7)
         is_there = True if support.extent is None else support.extent
-        expected |= is_in_slab & ~is_upright & is_there
-    found = on_supports(points, [floor, table], NOISE)
-    assert 0.1 < found.mean() < 0.9
+        expected[is_in_slab & ~is_upright & is_there] = kind
+    found = on_supports(points, supports.values(), NOISE)
+    assert set(np.unique(found)) == {NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE}
     assert np.count_nonzero(found != expected) <= 2
 
 
@@ -167,14 +182,15 @@ def test_walls_out_of_view_stay_as_they_were(points: Points) -> None:
     assert found.offset == behind.offset
 
 
-def test_walls_far_behind_a_thing_are_not_asked() -> None:
-    xyz = np.random.default_rng(SEED).uniform(-0.2, 0.2, (50, 3)) + np.array([0, 0, 1.5])
-    walls = [wall_at(distance, 20.0) for distance in (1.0, 1.6, 2.5)]
-    nearest = [wall.distance(xyz).min() for wall in walls]
-    found = _walls_at(xyz, walls, 0.2)
-    assert found == walls[:2]
-    assert nearest[2] > 0.2
-    assert _walls_at(xyz, [], 0.2) == []
+def test_points_within_the_band_of_a_plane_are_marked(points: Points) -> None:
+    where = np.flatnonzero(points.depth < 3)[::3]
+    band, xyz = noise_band(points.depth, 0.01, NOISE), points.xyz.reshape(-1, 3)
+    found, expected = np.zeros((2, *band.shape), np.bool_)
+    gap = np.abs(xyz[where] @ UP.astype(np.float32) + np.float32(1))
+    expected.ravel()[where[gap < band.take(where) + 0.02]] = True
+    _mark_within(xyz, where, np.array([*UP, 1.0], np.float32), band, found)
+    assert expected.any()
+    assert np.count_nonzero(found != expected) <= 2
 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 60.0, 130.0, 180.0, 290.0])
@@ -210,9 +226,9 @@ def test_votes_are_summed_over_the_sectors_beside_and_the_row_before() -> None:
 
 
 def test_peak_that_fits_no_wall_gives_way_to_the_next(points: Points) -> None:
-    where = np.flatnonzero(facing(points, UP, -0.3, 0.3, points.depth < 4))
-    surface = Surface.gather(points, noise_band(points.depth, 0.008, NOISE), where)
-    headings = Headings(surface, points.normals_at(where), UP)
+    band = noise_band(points.depth, 0.008, NOISE)
+    surface = Surface.facing(points, band, points.depth < 4, UP, -0.3, 0.3)
+    headings = Headings(surface, UP)
     heights, area = [], surface.area.astype(np.float64)
     while len(area) and len(heights) < 5:
         _, _, height = headings.peak(area)

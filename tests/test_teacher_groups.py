@@ -51,13 +51,12 @@ def test_joined_groups_hold_all_their_points() -> None:
 
 def test_boxes_and_counts_are_those_of_the_members() -> None:
     groups, *_ = some_groups()
-    is_one = np.random.default_rng(SEED).random(groups.members.size) < 0.3
-    boxes, counts = groups.boxes(SHAPE[1]), groups.count(is_one)
-    flags = np.split(is_one, groups.start[1:-1])
-    for members, box, flag, count in zip(groups, boxes, flags, counts, strict=True):
+    mask = np.random.default_rng(SEED).random(SHAPE) < 0.3
+    boxes, counts = groups.boxes(mask)
+    for members, box, count in zip(groups, boxes, counts, strict=True):
         v, u = np.unravel_index(members, SHAPE)
         assert box.tolist() == [u.min(), v.min(), u.max() + 1, v.max() + 1]
-        assert count == flag.sum()
+        assert count == mask[v, u].sum()
 
 
 @settings(max_examples=60, deadline=None)
@@ -72,7 +71,7 @@ def test_ends_leave_a_share_of_each_group_outside(
 ) -> None:
     groups, *_ = some_groups(seed, n_points=n_points)
     values = np.random.default_rng(seed).integers(0, n_values, (n_points, 2)).astype(np.float32)
-    found = groups.ends(values, share)
+    found = groups.ends(values, [(0, share), (1, share)])
     for part, ends in zip(np.split(values, groups.start[1:-1]), found, strict=True):
         ordered = np.sort(part, axis=0)
         n_beyond = min(int(share * len(part)), (len(part) - 1) // 2)
@@ -83,7 +82,7 @@ def test_ends_of_half_are_at_the_median() -> None:
     groups, *_ = some_groups()
     values = np.random.default_rng(SEED).random((500, 1)).astype(np.float32)
     expected = [np.median(part) for part in np.split(values, groups.start[1:-1])]
-    np.testing.assert_allclose(groups.ends(values, 0.5).mean(axis=(1, 2)), expected)
+    np.testing.assert_allclose(groups.ends(values, [(0, 0.5)]).mean(axis=(1, 2)), expected)
 
 
 def hidden_share_by_loop(

@@ -26,7 +26,16 @@ from curiosight.teacher.things.meetings import (
     _sum_patches,
     _walk,
 )
-from curiosight.teacher.things.patches import CORE, _core, _grow, _link, find_patches, in_front
+from curiosight.teacher.things.patches import (
+    CORE,
+    _core,
+    _grow,
+    _link,
+    _number_known,
+    _number_whole,
+    find_patches,
+    in_front,
+)
 from curiosight.teacher.things.touching import _join_small
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets, root_of
 
@@ -217,6 +226,28 @@ def test_core_is_the_middle_of_squares_of_one_number(seed: int) -> None:
         square = smooth[v - half : v + half + 1, u - half : u + half + 1]
         expected[v, u] = smooth[v, u] >= 0 and (square == smooth[v, u]).all()
     np.testing.assert_array_equal(_core(smooth), expected)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_patches_are_sets_with_enough_points_and_a_core(seed: int) -> None:
+    surface, rng = some_surface(seed), np.random.default_rng(seed)
+    parent = np.arange(SIZE)
+    for one, other in rng.integers(0, SIZE, (400, 2)):
+        join_nodes(parent, one, other)
+    is_known = (surface.thing > 0) & np.isfinite(surface.normals[..., 0])
+    smooth = _number_known(surface.thing, surface.rows[1], parent)
+    number = number_sets(parent).reshape(SHAPE)
+    np.testing.assert_array_equal(smooth, np.where(is_known, number, -1))
+    core, patch, n_whole = rng.random(SHAPE) < 0.05, np.zeros(SHAPE, np.int32), 0
+    expected = patch.copy()
+    for one in range(smooth.max() + 1):
+        is_one = smooth == one
+        if np.count_nonzero(is_one) >= 5 and core[is_one].any():
+            n_whole += 1
+            expected[is_one] = n_whole
+    _number_whole(smooth, core, 5, patch)
+    np.testing.assert_array_equal(patch, expected)
 
 
 def sums_by_patch(surface: Surface) -> Array:

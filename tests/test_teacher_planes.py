@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -12,22 +14,27 @@ from hypothesis.extra.numpy import arrays
 from curiosight.frame import Frame
 from curiosight.teacher.cloud.plane_fit import _solve, _sum_rays, fit_plane
 from curiosight.teacher.cloud.planes import (
-    Surface,
-    _sum_area,
+    NEAR_HEIGHT,
+    _find_level,
+    _find_peak,
+    _leave_out,
+    _mark_inliers,
+    _some_near,
     find_supports,
     horizontal_axes,
-    mask_of,
     noise_band,
 )
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
+    _across,
     _sum_facing,
+    _take_between,
     _vote,
     up_from_normals,
     ups_from_normals,
 )
-from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.cloud.wall import Faces, Wall
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footprint import above_footprint
 from curiosight.teacher.supports.supports import (
@@ -232,8 +239,14 @@ def test_normals_are_summed_around_a_direction_and_counted_per_cell() -> None:
     rows, columns = np.floor(normals[has_area] @ axes.T + 16).astype(int).T
     expected, votes = np.zeros((2, 33, 33))
     np.add.at(expected, (rows, columns), area[has_area])
-    _vote(normals, area, axes, votes)
+    _vote(normals[has_area], area[has_area], axes, votes)
     np.testing.assert_allclose(votes, expected, rtol=1e-5)
+    is_between = has_area & (normals @ up > -0.2) & (normals @ up < 0.6)
+    some, area_of_some = _take_between(normals, area, up, -0.2, 0.6)
+    np.testing.assert_array_equal(some, normals[is_between])
+    np.testing.assert_array_equal(area_of_some, area[is_between])
+    across = np.cross(up_at(25), up_at(60))
+    np.testing.assert_allclose(_across(up_at(25), up_at(60)), across / np.linalg.norm(across))
 
 
 @given(arrays(np.float64, 3, elements=st.floats(-1, 1)).filter(lambda a: np.linalg.norm(a) > 0.1))
@@ -300,29 +313,58 @@ def test_solution_is_that_of_the_sums() -> None:
     np.testing.assert_allclose(_solve(np.triu(sums)), expected, rtol=1e-6)
 
 
-def test_area_is_summed_per_step_of_height() -> None:
+def some_heights() -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """(h, w) metres, NaN = none, about two levels, and bands of some centimetres."""
     rng = np.random.default_rng(SEED)
-    heights, area = rng.random((2, 500)).astype(np.float32)
-    expected = np.bincount(
-        np.floor((heights.astype(float) - heights.min()) / 0.02).astype(int), area
-    )
-    sums = np.zeros(len(expected))
-    _sum_area(heights, area, float(heights.min()), 0.02, sums)
-    np.testing.assert_allclose(sums, expected)
+    heights = rng.choice([-1.2, -0.5], (40, 30), p=[0.7, 0.3]) + rng.normal(0, 0.02, (40, 30))
+    heights[rng.random(heights.shape) < 0.2] = np.nan
+    return heights.astype(np.float32), rng.uniform(0, 0.02, (40, 30)).astype(np.float32)
 
 
-def test_surface_gathers_points_with_their_places() -> None:
-    points = observe(see()[0])
-    band = noise_band(points.depth, 0.01, 0.003)
-    np.testing.assert_allclose(band, 0.01 + 0.003 * points.depth**2, rtol=1e-6)
-    is_part = points.area > 0
-    surface = Surface.gather(points, band, np.flatnonzero(is_part))
-    np.testing.assert_array_equal(surface.xyz, points.xyz[is_part])
-    np.testing.assert_array_equal(mask_of(surface.where, is_part.shape), is_part)
-    some = surface.at(np.flatnonzero(surface.area > np.median(surface.area)))
-    is_some = is_part & (points.area > np.median(surface.area))
-    np.testing.assert_array_equal(some.band, band[is_some])
-    np.testing.assert_array_equal(some.where, np.flatnonzero(is_some))
+def test_heights_are_those_of_what_is_level_and_in_range() -> None:
+    points = observe(see(ROOM)[0])
+    up = up_at(25).astype(np.float32)
+    is_level = (points.normals @ up > 0.9) & (points.depth < 2.5)
+    found = np.empty_like(points.depth)
+    _find_level(points.depth, points.x, points.y, points.normals, up, 0.9, 2.5, found)
+    assert 0.05 < is_level.mean() < 0.9
+    assert np.count_nonzero(np.isfinite(found) != is_level) <= 2  # by rounding
+    is_known = np.isfinite(found)
+    np.testing.assert_allclose(found[is_known], (points.xyz @ up)[is_known], atol=1e-5)
+
+
+def test_peak_is_the_fullest_three_steps_of_height() -> None:
+    heights, area = some_heights()
+    known, low = np.isfinite(heights), float(np.nanmin(heights))
+    steps = np.floor((heights[known].astype(float) - low) / 0.02).astype(int)
+    sums = np.convolve(np.bincount(steps, area[known]), np.ones(3), "same")
+    height, most = _find_peak(heights, area, 0.02)
+    assert height == pytest.approx(low + (np.argmax(sums) + 0.5) * 0.02)
+    assert most == pytest.approx(sums.max(), rel=1e-6)
+    assert _find_peak(np.full_like(heights, np.nan), area, 0.02) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("max_points", [10_000, 100])
+def test_near_a_height_is_what_its_band_says(max_points: int) -> None:
+    heights, band = some_heights()
+    where = np.flatnonzero(np.abs(heights + np.float32(1.2)) < np.float32(NEAR_HEIGHT) + band)
+    stride = 1 + len(where) // max_points
+    found = _some_near(heights, band, -1.2, max_points)
+    np.testing.assert_array_equal(found, where[::stride])
+
+
+@pytest.mark.parametrize("slack", [-1.0, 1.5])
+def test_inliers_are_near_a_height_and_a_plane_and_both_are_left_out(slack: float) -> None:
+    heights, band = some_heights()
+    gap, area = np.random.default_rng(SEED).random((2, *heights.shape)).astype(np.float32) / 20
+    is_near = np.abs(heights + np.float32(1.2)) < np.float32(NEAR_HEIGHT) + band
+    inliers = np.empty(heights.shape, np.bool_)
+    visible = _mark_inliers(heights, band, -1.2, gap, area, inliers)
+    np.testing.assert_array_equal(inliers, is_near & (gap < band))
+    assert visible == pytest.approx(area[inliers].sum(), rel=1e-5)
+    left = np.where(is_near | (gap <= np.float32(slack) * band), np.nan, heights)
+    _leave_out(heights, band, -1.2, gap, slack)
+    np.testing.assert_array_equal(heights, left)
 
 
 def test_near_a_wall_is_what_is_free_and_before_it() -> None:
@@ -342,5 +384,10 @@ def test_near_a_wall_is_what_is_free_and_before_it() -> None:
     np.testing.assert_array_equal(found, is_near & is_before & ~faces_elsewhere)
     assert 0 < np.count_nonzero(found) < np.count_nonzero(is_near & is_before)
     is_behind = wall.distance(points.xyz) <= 0
-    counts = wall.count_sides(points.xyz.reshape(-1, 3))
-    assert counts == (np.count_nonzero(is_before), np.count_nonzero(is_behind))
+    gap = np.abs(wall.distance(points.xyz))
+    sides = is_before, is_behind, gap < 0.1, gap < 0.2
+    other = replace(wall, offset=1.9)
+    where = np.arange(points.depth.size)
+    counts = Faces.of([other, wall]).count_sides(points, where, 0.1)
+    np.testing.assert_array_equal(counts[1], [np.count_nonzero(side) for side in sides])
+    assert counts[0, 1] == np.count_nonzero(other.distance(points.xyz) <= 0) > counts[1, 1]

@@ -15,7 +15,8 @@ from curiosight.teacher.cloud.local_planes import (
     _sum_up,
     fit_local_planes,
 )
-from curiosight.teacher.cloud.points import ends, look_up, median, observe_points, spread
+from curiosight.teacher.cloud.points import look_up, observe_points, spread
+from curiosight.teacher.cloud.ranks import ends, median
 from room import kinect
 from scenes import kinect_noise, see
 

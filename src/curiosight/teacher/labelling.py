@@ -10,30 +10,30 @@ import numpy.typing as npt
 from curiosight.frame import Depth, Label
 from curiosight.teacher.cloud.points import spread
 from curiosight.teacher.segmented import CODE_OF, FOUND_AS, UNDER_TABLE, WALL, Segmentation
-from curiosight.teacher.supports.slab import on_supports, under_tables
+from curiosight.teacher.supports.slab import ON, ON_DOUBTFUL, ON_FLOOR, under_tables
 from curiosight.teacher.supports.supports import FLOOR
 from curiosight.teacher.things.objects import Things
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+CODE_OF_KIND = np.zeros(ON_DOUBTFUL + 1, np.uint8)
+CODE_OF_KIND[ON_FLOOR] = CODE_OF[FLOOR]
+CODE_OF_KIND[[*ON.values()]] = [CODE_OF[FOUND_AS[kind]] for kind in ON]
 
 
 def label_pixels(things: Things, depth: Depth) -> Segmentation:
     """Return what is salient, what is not, and what is unknown.
 
-    Objects are salient, supports and walls are not; a doubtful support is unknown, and what an object encloses may be its bottom:
-    unknown. What has no reading or lies beyond the range is unavailable.
+    Objects are salient, supports and walls are not; a doubtful support is unknown, and what an
+    object encloses, which may be its bottom. What has no reading or lies beyond the range is unavailable.
 
     depth: (H, W) metres, the image that the points are of.
     """
     around = things.around
     labels = _label_of(things.clusters).take(things.number)
     labels[(around.is_support & (things.hollows == 0)) | around.is_wall] = Label.NOT_SALIENT
-    doubtful = [support for support in around.supports if not support.kind.is_background]
-    if doubtful:
-        is_on = on_supports(around.points, doubtful, around.settings.noise)
-        labels[around.is_support & is_on] = Label.UNKNOWN
+    labels[around.kinds == ON_DOUBTFUL] = Label.UNKNOWN
     labels, found, number = spread(
         # One number a point, so that all that is told of it goes to the same pixels.
         ((things.number + things.hollows) << 16) | (_found(around).astype(np.int32) << 8) | labels,
@@ -61,15 +61,9 @@ def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:
 
 def _found(around: Surroundings) -> Array:
     """(h, w) uint8, what `Segmentation.found` says, on the grid."""
-    points, is_support = around.points, around.is_support
-    found = np.zeros(points.depth.shape, np.uint8)
+    found = CODE_OF_KIND.take(around.kinds)
     tables = [support for support in around.supports if support.is_table]
-    found[under_tables(points, tables)] = CODE_OF[UNDER_TABLE]
-    found[is_support] = CODE_OF[FLOOR]
-    for kind, name in FOUND_AS.items():
-        some = [table for table in tables if table.kind is kind]
-        if some:
-            is_on = on_supports(points, some, around.settings.noise)
-            found[is_support & is_on] = CODE_OF[name]
+    if tables:
+        found[under_tables(around.points, tables) & (found == 0)] = CODE_OF[UNDER_TABLE]
     found[around.is_wall] = CODE_OF[WALL]
     return found

@@ -117,7 +117,14 @@ def _back_project(
 
 
 def spread(
-    values: Array, coarse: Array, depth: Array, stride: int, *, max_depth: float, beyond: int
+    values: Array,
+    coarse: Array,
+    depth: Array,
+    stride: int,
+    *,
+    max_depth: float,
+    beyond: int,
+    is_one: bool = False,
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint16]]:
     """Return for each of (H, W) pixels the values of the grid's cell around it closest in depth.
 
@@ -125,9 +132,11 @@ def spread(
     `stride`-th pixel of `depth` (H, W). Where nothing tells the cells apart it is the one to the
     upper left.
     beyond: three in one too, of pixels farther than `max_depth` and of those without a reading.
+    is_one: there is only the first, the others stay empty.
     """
-    low, middle = np.empty((2, *depth.shape), np.uint8)
-    high = np.empty(depth.shape, np.uint16)
+    others = (0, 0) if is_one else depth.shape
+    low, middle = np.empty(depth.shape, np.uint8), np.empty(others, np.uint8)
+    high = np.empty(others, np.uint16)
     rows = np.empty((stride + 1, stride * coarse.shape[1]), np.int32)
     _spread(values, coarse, depth, max_depth, beyond, rows, low, middle, high)
     return low, middle, high
@@ -171,6 +180,7 @@ def _spread(
         for v in range(n_rows):
             for u in range(width):
                 low[top + v, u] = rows[v, u]
+            for u in range(middle.shape[1]):
                 middle[top + v, u] = rows[v, u] >> 8
                 high[top + v, u] = rows[v, u] >> 16
 

@@ -43,13 +43,13 @@ def ups_from_normals(
     normals, area = np.asarray(normals, np.float32), np.asarray(area, np.float32)
     total = area.sum()
     # What is out of the question counts nothing.
-    area = np.where(_cosines(normals, prior) > np.cos(max_angle), area, 0)
+    normals, area = _between(normals, area, prior, np.cos(max_angle), np.inf)
     for _ in range(max_candidates):
         if total == 0 or area.sum() < 0.02 * total:
             return
         up = settled(normals, area, _densest(normals, area, prior), (12, 8, 5))
         yield up
-        area = np.where(_cosines(normals, up) < np.cos(np.radians(15)), area, 0)
+        normals, area = _between(normals, area, up, -np.inf, np.cos(np.radians(15)))
 
 
 def settled(normals: Array, votes: Array, up: Array, widths_deg: Iterable[float]) -> Array:
@@ -75,39 +75,75 @@ def _cosines(normals: Array, direction: Array) -> Array:
     return cosines
 
 
+def _between(
+    normals: Array, area: Array, direction: Array, low: float, high: float
+) -> tuple[Array, Array]:
+    """Return the normals, with their area, whose cosine to a direction is between two."""
+    taken, of_taken = _take_between(normals, area, direction.astype(np.float32), low, high)
+    return taken, of_taken
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take_between(
+    normals: Array, area: Array, direction: Array, low: float, high: float
+) -> tuple[Array, Array]:
+    """Return what `_between` does: (n, 3) and (n,), where something is known."""
+    least, most, n = np.float32(low), np.float32(high), 0
+    taken, of_taken = np.empty_like(normals), np.empty_like(area)
+    for i in range(len(area)):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        cosine = x * direction[0] + y * direction[1] + z * direction[2]
+        if area[i] > 0 and cosine > least and cosine < most:
+            taken[n, 0], taken[n, 1], taken[n, 2], of_taken[n] = x, y, z, area[i]
+            n += 1
+    return taken[:n], of_taken[:n]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_facing(
     normals: Array, area: Array, direction: Array, min_cosine: float, total: Array
 ) -> None:
     """Add the (n, 3) normals near a direction, times their area, to the (3,) `total`."""
     a, b, c = direction
-    least = np.float32(min_cosine)
+    least, nothing = np.float32(min_cosine), np.float32(0)
     for i in range(len(area)):
         x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
-        if area[i] > 0 and x * a + y * b + z * c > least:
-            weight = np.float64(area[i])
-            total[0] += weight * x
-            total[1] += weight * y
-            total[2] += weight * z
+        # Without a branch, which would be foretold badly; nothing times NaN would be NaN.
+        is_near = (area[i] > 0) & (x * a + y * b + z * c > least)
+        weight = np.float64(area[i] if is_near else nothing)
+        total[0] += weight * (x if is_near else nothing)
+        total[1] += weight * (y if is_near else nothing)
+        total[2] += weight * (z if is_near else nothing)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> Array:
     """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
     # The axis that is farther away: along the first there may be none.
-    side = np.cross(prior, [1.0, 0.0, 0.0] if abs(prior[0]) < 0.9 else [0.0, 1.0, 0.0])
-    side /= np.linalg.norm(side)
-    other = np.cross(prior, side)
-    votes = np.zeros((33, 33))
-    _vote(normals, area, (np.stack([side, other]) / step).astype(np.float32), votes)
-    smooth = votes.copy()
-    smooth[1:] += votes[:-1]
-    smooth[:-1] += votes[1:]
-    smooth[:, 1:] += votes[:, :-1]
-    smooth[:, :-1] += votes[:, 1:]
-    row, column = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
-    x, y = (float(cell - 15.5) * step for cell in (row, column))
-    up: Array = x * side + y * other + np.sqrt(max(0.0, 1 - x * x - y * y)) * prior
-    return np.asarray(up / np.linalg.norm(up))
+    side = _across(prior, np.eye(3)[0 if abs(prior[0]) < 0.9 else 1])
+    axes = np.stack((side, _across(prior, side)))
+    votes = np.zeros((35, 35))
+    _vote(normals, area, (axes / step).astype(np.float32), votes[1:-1, 1:-1])
+    most, x, y = -1.0, 0.0, 0.0
+    for row in range(1, 34):
+        for column in range(1, 34):
+            beside = votes[row - 1, column] + votes[row + 1, column]
+            around = votes[row, column] + beside + votes[row, column - 1] + votes[row, column + 1]
+            if around > most:
+                most, x, y = around, (row - 16.5) * step, (column - 16.5) * step
+    up: Array = x * axes[0] + y * axes[1] + np.sqrt(max(0.0, 1 - x * x - y * y)) * prior
+    up /= np.sqrt((up * up).sum())
+    return up
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _across(one: Array, other: Array) -> Array:
+    """Return the (3,) unit vector at right angles to both."""
+    x = one[1] * other[2] - one[2] * other[1]
+    y = one[2] * other[0] - one[0] * other[2]
+    z = one[0] * other[1] - one[1] * other[0]
+    across: Array = np.array([x, y, z]) / np.sqrt(x * x + y * y + z * z)
+    return across
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -39,22 +40,38 @@ class Wall(Plane):
         _mark_near(points.depth, x, y, normals, free, band, *face, min_facing, is_near)
         return is_near
 
-    def count_sides(
-        self, points: Points, where: Array, gap: float, *, margin: float = 0.10
-    ) -> tuple[int, int, int, int]:
-        """Return how many points at (n,) flat indices are where, as seen from the wall.
-
-        They are those straight before or behind it; those behind or on its whole plane; those
-        within a gap in metres of that, and within two.
-        """
-        xyz = points.xyz.reshape(-1, 3)
-        straight, behind, close, near = _count_sides(xyz, where, *self._face(margin), gap)
-        return straight, behind, close, near
-
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
         to_wall, box = _face(self.normal, self.offset, self.axes, self.low, self.high, margin)
         return to_wall, box
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Faces:
+    """Some walls in one piece: (n, 4, 3) and (n, 2, 2), see `Wall._face`."""
+
+    to_walls: Array
+    boxes: Array
+
+    @classmethod
+    def of(cls, walls: Sequence[Wall], *, margin: float = 0.10) -> Self:
+        """Return the faces of walls, which go on for a margin in metres."""
+        n = len(walls)
+        faces = cls(np.empty((n, 4, 3), np.float32), np.empty((n, 2, 2), np.float32))
+        for place, wall in enumerate(walls):
+            faces.to_walls[place], faces.boxes[place] = wall._face(margin)
+        return faces
+
+    def count_sides(self, points: Points, where: Array, gap: float) -> Array:
+        """(n, 4) how many points at (m,) flat indices are where, as seen from each wall.
+
+        They are those straight before or behind it; those behind or on its whole plane; those
+        within a gap in metres of that, and within two.
+        """
+        counts = np.zeros((len(self.boxes), 4), np.int64)
+        xyz = points.xyz.reshape(-1, 3)
+        _count_sides(xyz, where, self.to_walls, self.boxes, gap, counts)
+        return counts
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -104,19 +121,19 @@ def _mark_near(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _count_sides(
-    xyz: Array, where: Array, to_wall: Array, box: Array, gap: float
-) -> tuple[int, int, int, int]:
-    """Count the points at (n,) places of (m, 3) as `Wall.count_sides` says."""
-    low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
-    a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
+    xyz: Array, where: Array, to_walls: Array, boxes: Array, gap: float, counts: Array
+) -> None:
+    """Add to (n, 4) counts the points at (m,) places of (k, 3) as `Faces.count_sides` says."""
     least, wide = np.float32(gap), np.float32(2 * gap)
-    n_straight, n_behind, n_close, n_near = 0, 0, 0, 0
-    for point in where:
-        x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
-        along, up = x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1]
-        distance = x * a[2] + y * b[2] + z * c[2] + offset
-        n_straight += (along > low) & (along < high) & (up > bottom) & (up < top)
-        n_behind += distance <= 0
-        n_close += abs(distance) < least
-        n_near += abs(distance) < wide
-    return n_straight, n_behind, n_close, n_near
+    for wall in range(len(counts)):
+        (low, bottom), (high, top) = boxes[wall, 0], boxes[wall, 1]
+        a, b, c = to_walls[wall, 0], to_walls[wall, 1], to_walls[wall, 2]
+        offset = to_walls[wall, 3, 2]
+        for point in where:
+            x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
+            along, up = x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1]
+            distance = x * a[2] + y * b[2] + z * c[2] + offset
+            counts[wall, 0] += (along > low) & (along < high) & (up > bottom) & (up < top)
+            counts[wall, 1] += distance <= 0
+            counts[wall, 2] += abs(distance) < least
+            counts[wall, 3] += abs(distance) < wide

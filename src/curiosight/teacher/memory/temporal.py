@@ -74,7 +74,7 @@ class TemporalTeacher:
         voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
         self.votes.forget_removed(frame.depth, frame.camera, pose)
         corrected = self._corrected(labels, voxels)
-        self.votes.add(voxels, _ballots(alone)[::STRIDE, ::STRIDE])
+        self.votes.add(voxels, _ballots(alone))
         full, _, _ = spread(
             corrected.astype(np.int32),
             np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
@@ -82,6 +82,7 @@ class TemporalTeacher:
             STRIDE,
             max_depth=self.settings.max_range,
             beyond=Label.UNAVAILABLE,
+            is_one=True,
         )
         return replace(alone, labels=full)
 
@@ -99,22 +100,21 @@ class TemporalTeacher:
     def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected = labels.copy()
-        unknown = np.flatnonzero(labels == Label.UNKNOWN)
-        _, around = self.votes.balance(voxels.ravel()[unknown]).T
-        corrected.ravel()[unknown[around >= self.min_ahead]] = Label.SALIENT
-        salient = np.flatnonzero(labels == Label.SALIENT)
-        here, around = self.votes.balance(voxels.ravel()[salient]).T
-        denied = (here <= -2 * self.min_ahead) & (around <= 0)
-        corrected.ravel()[salient[denied]] = Label.UNKNOWN
+        where = np.flatnonzero((labels == Label.UNKNOWN) | (labels == Label.SALIENT))
+        here, around = self.votes.balance(voxels.take(where)).T
+        is_unknown = corrected.take(where) == Label.UNKNOWN
+        corrected.ravel()[where[is_unknown & (around >= self.min_ahead)]] = Label.SALIENT
+        denied = ~is_unknown & (here <= -2 * self.min_ahead) & (around <= 0)
+        corrected.ravel()[where[denied]] = Label.UNKNOWN
         return corrected
 
 
 def _ballots(alone: Segmentation) -> npt.NDArray[np.uint8]:
-    """(H, W): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
+    """(h, w): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
     is_rejected = np.array(
         [False]
         + [c.verdict not in ABSTAINS and c.verdict is not Verdict.OBJECT for c in alone.clusters]
     )
-    ballots: npt.NDArray[np.uint8] = alone.labels.copy()
-    ballots[is_rejected[alone.cluster_of_pixel]] = Label.NOT_SALIENT
+    ballots: npt.NDArray[np.uint8] = alone.labels[::STRIDE, ::STRIDE].copy()
+    ballots[is_rejected.take(alone.cluster_of_pixel[::STRIDE, ::STRIDE])] = Label.NOT_SALIENT
     return ballots

@@ -21,6 +21,9 @@ FREE = np.int64(-1)
 # A voxel's place is three whole numbers of 21 bits, from this one on.
 _ORIGIN = 1 << 20
 SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
+# Columns of a voxel's votes: views that saw here what is salient, what is not, and what is salient
+# here or beside; the last of these, from 1; and by how many pixels salient leads in this view.
+HERE, AGAINST, BESIDE, LAST, AHEAD = range(5)
 
 
 class VoxelVotes:
@@ -31,16 +34,15 @@ class VoxelVotes:
 
     def __init__(self, *, side: float = 0.05, capacity: int = 1 << 16) -> None:
         self.side = side
-        self._n_views = 0
+        self._n_views, self._n_voxels, self._n_salient = 0, 0, 0
         self._voxels = np.full(capacity, FREE)
-        # The last view that saw something salient here or beside, from 1.
-        self._marked = np.zeros(capacity, np.int32)
-        # Views that saw here what is salient, what is not, and what is salient here or beside.
-        self._votes = np.zeros((capacity, 3), np.int32)
+        self._votes = np.zeros((capacity, 5), np.int32)
+        # The voxels that something salient was seen in or beside.
+        self._salient = np.empty(0, np.int64)
 
     def __len__(self) -> int:
         """Return how many voxels have been voted on."""
-        return int(np.count_nonzero(self._voxels != FREE))
+        return self._n_voxels
 
     def voxels_of(
         self, depth: Depth, camera: Camera, T_world_camera: Pose, *, stride: int = 1
@@ -50,7 +52,11 @@ class VoxelVotes:
         FREE where there is no reading. Places are up to 50 km from the origin.
         """
         coarse = depth[::stride, ::stride]
-        return np.asarray(_voxels_of(coarse, _pinhole(camera), stride, T_world_camera, self.side))
+        found = np.empty(coarse.shape, np.int64)
+        x = (stride * np.arange(coarse.shape[1]) - camera.cx) / camera.fx
+        y = (stride * np.arange(coarse.shape[0]) - camera.cy) / camera.fy
+        _find_voxels(coarse, x, y, T_world_camera, 1.0 / self.side, found)
+        return found
 
     def add(self, voxels: Array, labels: Array) -> None:
         """Let one view vote: each voxel once, for what most of its pixels say.
@@ -58,21 +64,25 @@ class VoxelVotes:
         voxels: see `voxels_of`. labels: of the same shape, codes of `Label`.
         """
         seen, said = voxels.ravel(), labels.ravel()
-        begins = np.append(True, (seen[1:] != seen[:-1]) | (said[1:] != said[:-1]))
-        n_most = np.count_nonzero(begins) + 7 * np.count_nonzero(begins & (said == SALIENT))
-        while 2 * (len(self) + n_most) > len(self._voxels):
+        n_runs, n_salient = _count_runs(seen, said)
+        while 2 * (self._n_voxels + n_runs + 7 * n_salient) > len(self._voxels):
             self._grow()
-        slots, ahead = np.full(len(seen), -1), np.zeros(len(self._voxels), np.int32)
+        missing = self._n_salient + 7 * n_salient - len(self._salient)
+        if missing > 0:
+            self._salient = np.append(self._salient, np.empty(2 * missing, np.int64))
         self._n_views += 1
-        table = (self._voxels, self._votes, self._marked)
-        count_votes(*table, self._n_views, seen, said, slots, ahead)
+        table = (self._voxels, self._votes, self._salient)
+        n_new, self._n_salient = _count_view(
+            *table, self._n_salient, self._n_views, seen, said, np.empty(n_runs, np.int64)
+        )
+        self._n_voxels += n_new
 
     def balance(self, voxels: Array) -> Array:
         """(n, 2) int32: how many more views said salient than not, for each of (n,) voxels.
 
         First for the voxel itself, then with the views that saw something salient beside it.
         """
-        return np.asarray(weigh_votes(self._voxels, self._votes, voxels))
+        return np.asarray(_weigh_votes(self._voxels, self._votes, voxels))
 
     def forget_removed(
         self, depth: Depth, camera: Camera, T_world_camera: Pose, *, gap: float = 0.10
@@ -82,45 +92,35 @@ class VoxelVotes:
         gap: metres by which the surface behind must be farther.
         """
         T_camera_world = np.linalg.inv(T_world_camera)
-        pinhole = _pinhole(camera)
-        _forget_removed(self._voxels, self._votes, depth, pinhole, T_camera_world, self.side, gap)
+        pinhole = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+        table, salient = (self._voxels, self._votes), self._salient[: self._n_salient]
+        self._n_salient = _forget_removed(
+            *table, salient, depth, pinhole, T_camera_world, self.side, gap
+        )
 
     def _grow(self) -> None:
         old, votes = self._voxels, self._votes
-        self._voxels = np.full(4 * len(old), FREE)
-        # No view is half counted when the table grows.
-        self._marked = np.zeros(4 * len(old), np.int32)
-        self._votes = np.zeros((4 * len(old), 3), np.int32)
-        taken = np.flatnonzero(old != FREE)
-        move_votes(old[taken], votes[taken], self._voxels, self._votes)
+        self._voxels = np.full(2 * len(old), FREE)
+        self._votes = np.zeros((2 * len(old), 5), np.int32)
+        _move_votes(old, votes, self._voxels, self._votes)
 
 
-def _pinhole(camera: Camera) -> Array:
-    return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-
-
-@njit(cache=True, nogil=True)
-def _voxels_of(
-    depth: Array, pinhole: Array, stride: int, T_world_camera: Array, side: float
-) -> Array:
-    height, width = depth.shape
-    fx, fy, cx, cy = pinhole
-    found = np.full((height, width), FREE)
-    per_metre = 1.0 / side
-    for v in range(height):
-        for u in range(width):
-            z = depth[v, u]
-            if not np.isfinite(z):
-                continue
-            x = (stride * u - cx) / fx * z
-            y = (stride * v - cy) / fy * z
-            voxel = np.int64(0)
-            for axis in range(3):
-                row = T_world_camera[axis]
-                place = row[0] * x + row[1] * y + row[2] * z + row[3]
-                voxel = (voxel << 21) | (np.int64(np.floor(place * per_metre)) + _ORIGIN)
-            found[v, u] = voxel
-    return found
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_voxels(
+    depth: Array, x: Array, y: Array, T_world_camera: Array, per_metre: float, found: Array
+) -> None:
+    """Set what `voxels_of` returns; x, y: (w,) and (h,) normalised pixels."""
+    (a, b, c, d), (e, f, g, h) = T_world_camera[0], T_world_camera[1]
+    i, j, k, m = T_world_camera[2]
+    for v in range(len(y)):
+        for u in range(len(x)):
+            z = np.float64(depth[v, u])
+            across, down = x[u] * z, y[v] * z
+            row = np.int64(np.floor((a * across + b * down + c * z + d) * per_metre)) + _ORIGIN
+            column = np.int64(np.floor((e * across + f * down + g * z + h) * per_metre)) + _ORIGIN
+            layer = np.int64(np.floor((i * across + j * down + k * z + m) * per_metre)) + _ORIGIN
+            voxel = (((row << 21) | column) << 21) | layer
+            found[v, u] = voxel if np.isfinite(z) else FREE
 
 
 @njit(cache=True, nogil=True)
@@ -135,57 +135,80 @@ def find_slot(voxels: Array, voxel: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def count_votes(
+def _count_runs(seen: Array, said: Array) -> tuple[int, int]:
+    """Count the pixels that tell anything, and those that say salient, but one of equal ones.
+
+    seen, said: (n,) voxels and labels of the pixels, row by row.
+    """
+    n_runs, n_salient = 0, 0
+    for pixel in range(len(seen)):
+        is_known = said[pixel] == SALIENT or said[pixel] == NOT_SALIENT
+        is_next = pixel == 0 or seen[pixel] != seen[pixel - 1] or said[pixel] != said[pixel - 1]
+        if is_known and is_next:
+            n_runs += 1
+            n_salient += said[pixel] == SALIENT
+    return n_runs, n_salient
+
+
+@njit(cache=True, nogil=True)
+def _count_view(
     voxels: Array,
     votes: Array,
-    marked: Array,
+    salient: Array,
+    n_salient: int,
     view: int,
     seen: Array,
-    labels: Array,
-    slots: Array,
-    ahead: Array,
-) -> None:
+    said: Array,
+    touched: Array,
+) -> tuple[int, int]:
     """Give every voxel in view one vote, for what most of its labelled pixels say.
 
-    view: its number, which `marked` does not hold yet. slots: (n,) all -1 and
-    ahead: (capacity,) all 0, to work with.
+    salient: the first `n_salient` are filled. view: its number, from 1. touched: to work with, see
+    `_count_runs`. Return how many voxels are new, and `n_salient` now.
     """
+    n_touched, n_new, slot = 0, 0, -1
     for pixel in range(len(seen)):
-        label = labels[pixel]
+        label = said[pixel]
         if seen[pixel] == FREE or (label != SALIENT and label != NOT_SALIENT):
             continue
-        slot = find_slot(voxels, seen[pixel])
-        voxels[slot] = seen[pixel]
-        slots[pixel] = slot
-        ahead[slot] += 1 if label == SALIENT else -1
-    for slot in slots:
-        if slot >= 0 and ahead[slot] != 0:
-            votes[slot, 0 if ahead[slot] > 0 else 1] += 1
-            if ahead[slot] > 0:
-                _mark_beside(voxels, votes, marked, view, voxels[slot])
-            ahead[slot] = 0
+        # Pixels beside each other are mostly of one voxel.
+        if slot < 0 or voxels[slot] != seen[pixel]:
+            slot = find_slot(voxels, seen[pixel])
+            n_new += voxels[slot] == FREE
+            voxels[slot] = seen[pixel]
+            touched[n_touched] = slot
+            n_touched += 1
+        votes[slot, AHEAD] += 1 if label == SALIENT else -1
+    for slot in touched[:n_touched]:
+        ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
+        if ahead < 0:
+            votes[slot, AGAINST] += 1
+        if ahead <= 0:
+            continue
+        votes[slot, HERE] += 1
+        for step in (0, 1, -1, 1 << 21, -(1 << 21), 1 << 42, -(1 << 42)):
+            beside = find_slot(voxels, voxels[slot] + step)
+            n_new += voxels[beside] == FREE
+            voxels[beside] = voxels[slot] + step
+            if votes[beside, LAST] != view:
+                votes[beside, LAST] = view
+                if votes[beside, BESIDE] == 0:
+                    salient[n_salient] = voxels[beside]
+                    n_salient += 1
+                votes[beside, BESIDE] += 1
+    return n_new, n_salient
 
 
 @njit(cache=True, nogil=True)
-def _mark_beside(voxels: Array, votes: Array, marked: Array, view: int, voxel: int) -> None:
-    """Let a view vote for a voxel and its six neighbours, where it has not yet."""
-    for step in (0, 1, -1, 1 << 21, -(1 << 21), 1 << 42, -(1 << 42)):
-        slot = find_slot(voxels, voxel + step)
-        voxels[slot] = voxel + step
-        if marked[slot] != view:
-            marked[slot] = view
-            votes[slot, 2] += 1
-
-
-@njit(cache=True, nogil=True)
-def weigh_votes(voxels: Array, votes: Array, seen: Array) -> Array:
+def _weigh_votes(voxels: Array, votes: Array, seen: Array) -> Array:
     """(n, 2) int32: salient here, and salient here or beside, less not salient here."""
-    balance = np.zeros((len(seen), 2), np.int32)
+    balance, slot = np.zeros((len(seen), 2), np.int32), -1
     for pixel in range(len(seen)):
         if seen[pixel] != FREE:
-            slot = find_slot(voxels, seen[pixel])
-            balance[pixel, 0] = votes[slot, 0] - votes[slot, 1]
-            balance[pixel, 1] = votes[slot, 2] - votes[slot, 1]
+            if slot < 0 or voxels[slot] != seen[pixel]:
+                slot = find_slot(voxels, seen[pixel])
+            balance[pixel, 0] = votes[slot, HERE] - votes[slot, AGAINST]
+            balance[pixel, 1] = votes[slot, BESIDE] - votes[slot, AGAINST]
     return balance
 
 
@@ -193,19 +216,21 @@ def weigh_votes(voxels: Array, votes: Array, seen: Array) -> Array:
 def _forget_removed(
     voxels: Array,
     votes: Array,
+    salient: Array,
     depth: Array,
     pinhole: Array,
     T_camera_world: Array,
     side: float,
     gap: float,
-) -> None:
+) -> int:
+    """Forget what `forget_removed` says; return how many of the (n,) salient voxels are left."""
     height, width = depth.shape
     fx, fy, cx, cy = pinhole
-    bits = (1 << 21) - 1
-    for slot in range(len(voxels)):
-        if votes[slot, 2] == 0:
-            continue
-        voxel = voxels[slot]
+    bits, n_left = (1 << 21) - 1, 0
+    for voxel in salient:
+        # It stays in the list unless it has gone.
+        salient[n_left] = voxel
+        n_left += 1
         x = (((voxel >> 42) & bits) - _ORIGIN + 0.5) * side
         y = (((voxel >> 21) & bits) - _ORIGIN + 0.5) * side
         z = ((voxel & bits) - _ORIGIN + 0.5) * side
@@ -226,13 +251,16 @@ def _forget_removed(
                 if not is_in_view or not depth[int(v + dv), int(u + du)] > distance + gap:
                     is_gone = False
         if is_gone:
-            votes[slot] = 0
+            votes[find_slot(voxels, voxel), :LAST] = 0
+            n_left -= 1
+    return n_left
 
 
 @njit(cache=True, nogil=True)
-def move_votes(old: Array, old_votes: Array, voxels: Array, votes: Array) -> None:
+def _move_votes(old: Array, old_votes: Array, voxels: Array, votes: Array) -> None:
     """Copy voxels with their votes into a larger table."""
     for place in range(len(old)):
-        slot = find_slot(voxels, old[place])
-        voxels[slot] = old[place]
-        votes[slot] = old_votes[place]
+        if old[place] != FREE:
+            slot = find_slot(voxels, old[place])
+            voxels[slot] = old[place]
+            votes[slot] = old_votes[place]

@@ -19,7 +19,7 @@ from curiosight.teacher.cloud.up import (
     votes_on_up,
 )
 from curiosight.teacher.settings import SegmentationSettings
-from curiosight.teacher.supports.slab import on_supports
+from curiosight.teacher.supports.slab import NOTHING, on_supports
 from curiosight.teacher.supports.supports import (
     KnownTable,
     Scene,
@@ -41,8 +41,9 @@ MAX_SHARE_BELOW = 0.10
 class Supports:
     """What the things of a frame stand on.
 
-    found: the supports in view, lowest first; none where `is_on` has no point.
-    is_on: (h, w) bool, on a support. free: (h, w) bool, on none; both within the range.
+    found: the supports in view, lowest first; none where no point is on one.
+    kinds: (h, w) uint8, what a point is on, see `slab.py`. free: (h, w) bool, on none; both within
+        the range.
     lids: (h, w) bool each, what is straight above or below the top of something on the floor
         that carries nothing.
     """
@@ -50,7 +51,7 @@ class Supports:
     points: Points
     settings: SegmentationSettings
     found: list[Support]
-    is_on: Mask
+    kinds: Array
     free: Mask
     lids: Sequence[Mask] = ()
 
@@ -78,8 +79,8 @@ def find_footing(
     if not any(support.plane.inliers.any() for support in found):
         found = []
     in_range = points.depth <= settings.max_range
-    is_on = in_range & on_supports(points, found, settings.noise)
-    return Supports(points, settings, found, is_on, in_range & ~is_on, lids)
+    kinds = in_range * on_supports(points, found, settings.noise)
+    return Supports(points, settings, found, kinds, in_range & (kinds == NOTHING), lids)
 
 
 def _supports_in(

@@ -17,9 +17,17 @@ from curiosight.teacher.supports.tops import Kind
 Array = npt.NDArray[Any]
 
 
-def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Mask:
-    """(h, w) bool: within the slab of a support, if known where it is, and facing up."""
-    found = np.zeros(points.depth.shape, np.bool_)
+# What a point can be on, in the order in which one tells more than another.
+NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE, ON_DOUBTFUL = range(5)
+ON = {Kind.TABLE: ON_TABLE, Kind.FURNITURE: ON_FURNITURE, Kind.DOUBTFUL: ON_DOUBTFUL}
+
+
+def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Array:
+    """(h, w) uint8: the kind of support in whose slab a point is, facing up.
+
+    Where it is known where a support is, it is nowhere else.
+    """
+    kinds = np.zeros(points.depth.shape, np.uint8)
     everywhere = np.ones(points.depth.shape, np.bool_)
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
@@ -33,9 +41,10 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ma
             support.plane.normal.astype(np.float32),
             support.settings.slab,
             noise,
-            found,
+            ON[support.kind] if support.is_table else ON_FLOOR,
+            kinds,
         )
-    return found
+    return kinds
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -47,9 +56,10 @@ def _mark_on(
     up: Array,
     slab: float,
     noise: float,
-    found: Array,
+    kind: int,
+    kinds: Array,
 ) -> None:
-    """Mark what is on a support in (h, w) `found`: in its extent and slab, and facing up or down.
+    """Mark what is on a support in (h, w) `kinds`: in its extent and slab, and facing up or down.
 
     Near an edge, where no normal is known, the inner half of the slab is the support: what is
     higher is rather the foot of something.
@@ -57,15 +67,13 @@ def _mark_on(
     base, slope = np.float32(slab), np.float32(noise)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
-            z = depth[v, u]
+            z, height = depth[v, u], abs(heights[v, u])
             band = base + slope * (z * z)
-            if extent[v, u] and abs(heights[v, u]) < band:
+            if kinds[v, u] < kind and extent[v, u] and height < band:
                 facing = normals[v, u, 0] * up[0] + normals[v, u, 1] * up[1]
                 facing += normals[v, u, 2] * up[2]
-                if facing != facing:
-                    found[v, u] |= abs(heights[v, u]) < np.float32(0.5) * band
-                else:
-                    found[v, u] |= abs(facing) >= MIN_FACING
+                if abs(facing) >= MIN_FACING or (facing != facing and 2 * height < band):
+                    kinds[v, u] = kind
 
 
 def under_tables(points: Points, supports: Iterable[Support]) -> Mask:

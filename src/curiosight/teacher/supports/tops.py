@@ -82,11 +82,6 @@ class Kind(Enum):
         """Tell whether what is on it may be an object."""
         return self in (Kind.TABLE, Kind.DOUBTFUL)
 
-    @property
-    def is_background(self) -> bool:
-        """Tell whether its top is certainly not salient."""
-        return self in (Kind.TABLE, Kind.FURNITURE)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TopView:

@@ -45,7 +45,8 @@ class Groups:
     @property
     def sizes(self) -> Array:
         """(n_groups,) how many points each group has."""
-        return np.diff(self.start)
+        sizes: Array = self.start[1:] - self.start[:-1]
+        return sizes
 
     def joined(self, number: Array) -> Self:
         """Return larger groups: those of the groups with the same of (n_groups,) numbers from 0."""

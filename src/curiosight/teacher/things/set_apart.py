@@ -47,6 +47,8 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     support_of = np.array([0, *(thing.support for thing in things)])
     support = support_of.take(whose.take(groups.members[groups.start[:-1]]))
     stands = are_standing(groups, support, around)
+    if not stands.any():
+        return []
     return [thing for thing in measure_things(groups, support, stands, around) if thing.stands]
 
 

@@ -81,7 +81,7 @@ def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Arr
     boxes: (n, 3, 2) where they begin and end along two level axes and over their support.
     """
     camera_height = np.array([s.plane.offset for s in around.supports]).take(support)
-    aside = np.linalg.norm(boxes[:, :2].mean(axis=2), axis=1)
+    aside = np.hypot(*boxes[:, :2].sum(axis=2).T) / 2
     is_below: Array = aside < MAX_ASIDE * (camera_height - boxes[:, 2, 1])
     return is_below
 
@@ -92,10 +92,11 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
         around.points,
         [(s.settings.leaf, s.settings.tolerance) for s in around.supports],
     )
+    over = np.flatnonzero(carrier >= 0)
     members, numbers, n_clusters = [], [], 0
     for leaf, tolerance in sorted({*kinds}):
         is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
-        where, xyz = _points_over(carrier, is_chosen, points.xyz)
+        where, xyz = _places_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
         number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
         members.append(where)
         numbers.append(number + n_clusters)
@@ -105,23 +106,20 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _points_over(carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
-    """Return flat indices and (n, 3) float64 places of the points over some supports.
+def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
+    """Return flat indices and float64 places, (n, 3), of the points that are over some supports.
 
-    carrier: see `find_things`. is_chosen: (n_supports,) bool. Supports are moved apart.
+    where: (m,) flat indices of those over any. carrier: (h * w,), see `find_things`. is_chosen:
+    (n_supports,) bool. xyz: (h * w, 3). Supports are moved apart.
     """
-    flat, n = carrier.ravel(), 0
-    for here in range(len(flat)):
-        n += flat[here] >= 0 and is_chosen[flat[here]]
-    where, places, n = np.empty(n, np.int64), np.empty((n, 3)), 0
-    for v in range(carrier.shape[0]):
-        for u in range(carrier.shape[1]):
-            if carrier[v, u] >= 0 and is_chosen[carrier[v, u]]:
-                where[n] = v * carrier.shape[1] + u
-                places[n, 0] = xyz[v, u, 0] + APART * carrier[v, u]
-                places[n, 1], places[n, 2] = xyz[v, u, 1], xyz[v, u, 2]
-                n += 1
-    return where, places
+    taken, places, n = np.empty_like(where), np.empty((len(where), 3)), 0
+    for here in where:
+        if is_chosen[carrier[here]]:
+            taken[n] = here
+            places[n, 0] = xyz[here, 0] + APART * carrier[here]
+            places[n, 1], places[n, 2] = xyz[here, 1], xyz[here, 2]
+            n += 1
+    return taken[:n], places[:n]
 
 
 def measure_things(
@@ -142,7 +140,7 @@ def measure_things(
         boxes.tolist(),
         (ends[:, :3, 1] - ends[:, :3, 0]).tolist(),
         *ends[:, 3].T.tolist(),
-        ends[:, 4].mean(axis=1).tolist(),
+        (ends[:, 4].sum(axis=1) / 2).tolist(),
         (n_at_border > MAX_AT_BORDER * groups.sizes).tolist(),
         stands.tolist(),
         strict=True,

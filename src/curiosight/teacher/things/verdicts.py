@@ -14,7 +14,6 @@ from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask, horizontal_axes
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.ranks import ends
-from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.things import Thing
 from curiosight.teacher.walls.surroundings import Surroundings
@@ -83,7 +82,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.FAR
     if _goes_on_nearer(thing, depth, around.points.depth, settings.near_range):
         return Verdict.NEAR
-    if any(_is_part_of_wall(wall, thing, support, around) for wall in around.walls):
+    if _is_part_of_wall(thing, support, around):
         return Verdict.WALL_PART
     # From above, over a table, the whole of a thing is seen, and how little it rises is sure.
     least = 1.1 if support.is_table and _is_from_above(thing, around) else 2.0
@@ -126,9 +125,18 @@ def _fits(thing: Thing, around: Surroundings, *, n_headings: int = 9) -> bool:
 
 def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
     """Tell whether the camera looks down on a thing within 35° of straight down."""
-    middle = around.points.xyz_at(thing.members).mean(axis=0)
     up = around.supports[thing.support].plane.normal
-    return bool(-(up @ middle) > min_cosine * np.linalg.norm(middle))
+    cosine: float = _mean_cosine(around.points.xyz.reshape(-1, 3), thing.members, -up)
+    return cosine > min_cosine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
+    """Return the cosine between a (3,) unit vector and the mean of the points at (n,) places."""
+    total = np.zeros(3)
+    for point in where:
+        total += xyz[point]
+    return float((total * direction).sum() / np.sqrt((total * total).sum()))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
@@ -204,24 +212,28 @@ def _count_in(mask: Array, where: Array) -> int:
     return n_in
 
 
-def _is_part_of_wall(wall: Wall, thing: Thing, support: Support, around: Surroundings) -> bool:
+def _is_part_of_wall(thing: Thing, support: Support, around: Surroundings) -> bool:
     """Tell whether a thing hangs on a wall, or is round its corner.
 
     On the floor nothing stands as close to a wall as a radiator, or a curtain.
     """
-    n, gap = len(thing.members), around.settings.wall_gap
-    n_straight, n_behind, n_close, n_near = wall.count_sides(around.points, thing.members, gap)
-    if 2 * n_straight > n:
-        if 2 * n_close > n:
+    n, points = len(thing.members), around.points
+    counts = around.faces.count_sides(points, thing.members, around.settings.wall_gap)
+    for wall, (n_straight, n_behind, n_close, n_near) in zip(
+        around.walls, counts.tolist(), strict=True
+    ):
+        if 2 * n_straight > n:
+            if 2 * n_close > n:
+                return True
+            # Seen through a window, not through a door.
+            is_behind = thing.bottom > 0.3 and 2 * n_behind > n
+            if not support.is_table and (is_behind or n_near >= n - int(0.05 * n)):
+                return True
+        # The other face lies behind.
+        is_other = 2 * n_behind >= n and wall.inliers.any()
+        if is_other and _turns_corner(points.depth, thing.members, wall.inliers):
             return True
-        # Seen through a window, not through a door.
-        is_behind = thing.bottom > 0.3 and 2 * n_behind > n
-        if not support.is_table and (is_behind or n_near >= n - int(0.05 * n)):
-            return True
-    # The other face lies behind.
-    if 2 * n_behind < n or not wall.inliers.any():
-        return False
-    return bool(_turns_corner(around.points.depth, thing.members, wall.inliers))
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from curiosight.teacher.cloud.plane_fit import fit_plane
 from curiosight.teacher.cloud.planes import Mask, Surface, coordinates_on, mask_of
-from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.points import Points, rows_at
 from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.walls.openings import find_openings
 
@@ -70,8 +70,7 @@ def fit_face(
     Return the face, None where there is none, and which of the points are used up.
     """
     near = np.flatnonzero(rest.gap(normal, offset) < 0.08 + rest.band)
-    is_facing = points.normals_at(rest.where.take(near)) @ normal.astype(np.float32) > 0.85
-    near = near[is_facing]
+    near = near[rows_at(rest.normals, near) @ normal.astype(np.float32) > 0.85]
     fit = fit_plane(rest.xyz, rest.band, near, normal, offset, margin=0.02)
     if fit is None or abs(fit[0] @ up) > 0.15:
         return None, mask_of(near, rest.area.shape)

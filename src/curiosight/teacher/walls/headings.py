@@ -20,11 +20,11 @@ ROW = 0.05
 class Headings:
     """The histogram of vertical surface over heading (3°) and distance (5 cm)."""
 
-    def __init__(self, surface: Surface, normals: Array, up: Array) -> None:
+    def __init__(self, surface: Surface, up: Array) -> None:
         self._right, self._forward = horizontal_axes(up)
         axes = np.stack([self._right, self._forward], axis=1).astype(np.float32)
         x, y = (surface.xyz @ axes).T
-        heading = np.arctan2(*(normals @ axes).T)
+        heading = np.arctan2(*(surface.normals @ axes).T)
         sector = np.minimum(((heading + np.pi) / SECTOR).astype(np.int64), N_SECTORS - 1)
         centre = ((np.arange(N_SECTORS) + 0.5) * SECTOR - np.pi).astype(np.float32)
         along = np.sin(centre)[sector] * x + np.cos(centre)[sector] * y

@@ -4,28 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.teacher.cloud.planes import MIN_FACING, Mask, noise_band
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.wall import Wall
+from curiosight.teacher.cloud.wall import Faces, Wall
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footing import Supports
+from curiosight.teacher.supports.slab import NOTHING
 from curiosight.teacher.supports.supports import PLANE_BAND, Support
 from curiosight.teacher.walls.wall_map import moved, recognise
 from curiosight.teacher.walls.walls import find_walls
 
+Array = npt.NDArray[Any]
 # A wall goes on for so many metres beyond what was seen of it.
 WALL_MARGIN = 0.05
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Surroundings:
     """What things are found in and judged against.
 
     supports: lowest first. border: (h, w) bool, what no object may touch.
-    is_support, is_wall: (h, w) bool, within the range; `free`, neither.
+    kinds: (h, w) uint8, what a point is on, see `Supports`. is_wall: (h, w) bool, within the range.
+    free: (h, w) bool, within the range and on neither.
     lids: see `Supports`.
     """
 
@@ -34,10 +40,21 @@ class Surroundings:
     walls: list[Wall]
     border: Mask
     settings: SegmentationSettings
-    is_support: Mask
+    kinds: Array
     is_wall: Mask
     free: Mask
     lids: Sequence[Mask] = ()
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The walls in one piece."""
+        return Faces.of(self.walls)
+
+    @property
+    def is_support(self) -> Mask:
+        """(h, w) bool: on a support, within the range."""
+        is_support: Mask = self.kinds > NOTHING
+        return is_support
 
 
 def find_surroundings(supports: Supports, known: Iterable[Wall] = ()) -> Surroundings:
@@ -69,7 +86,7 @@ def find_surroundings(supports: Supports, known: Iterable[Wall] = ()) -> Surroun
         known + new,
         border,
         settings,
-        supports.is_on,
+        supports.kinds,
         is_wall,
         free & ~is_wall,
         supports.lids,
@@ -80,9 +97,9 @@ def _before_camera(points: Points, walls: Iterable[Wall]) -> list[Wall]:
     """Return walls of the world's frame in the camera's, those that face it."""
     if points.pose is None:
         return []
-    rotation = points.pose[:3, :3].T
-    seen = [moved(wall, rotation, -rotation @ points.pose[:3, 3]) for wall in walls]
-    return [wall for wall in seen if wall.offset > 0]
+    rotation, centre = points.pose[:3, :3].T, points.pose[:3, 3]
+    facing = [wall for wall in walls if wall.normal @ centre + wall.offset > 0]
+    return [moved(wall, rotation, -rotation @ centre) for wall in facing]
 
 
 def _over_tables(supports: Supports) -> Mask:

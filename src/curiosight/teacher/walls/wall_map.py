@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.plane_fit import fit_plane
-from curiosight.teacher.cloud.planes import Mask, mask_of
+from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.walls.faces import MAX_GAP
@@ -18,8 +19,6 @@ from curiosight.teacher.walls.faces import MAX_GAP
 Array = npt.NDArray[Any]
 
 _NOWHERE = np.zeros((0, 0), np.bool_)
-# Of a cube of side 1.
-_CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 
 def moved(wall: Wall, rotation: Array, translation: Array) -> Wall:
@@ -71,8 +70,8 @@ def recognise(points: Points, walls: Sequence[Wall], *, free: Mask, band: Array)
             fit = fit_plane(xyz, band.ravel(), near, normal, offset, margin=0.02)
             if fit is not None and fit[0] @ normal > 0.99:
                 normal, offset = fit
-                gap = np.abs(points.xyz_at(near) @ normal.astype(np.float32) + np.float32(offset))
-                inliers = mask_of(near[gap < band.take(near) + 0.02], free.shape)
+                inliers = np.zeros(free.shape, np.bool_)
+                _mark_within(xyz, near, np.array([*normal, offset], np.float32), band, inliers)
         found.append(Wall(normal, offset, inliers, wall.axes, wall.low, wall.high))
     return found
 
@@ -83,15 +82,46 @@ def _sides_of_view(points: Points) -> Array:
     return np.array([[0, 0, 1], [1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom]])
 
 
-def _are_in_view(walls: Sequence[Wall], points: Points, *, margin: float = 0.3) -> Array:
-    """(n,) bool: some of a wall, or what is within a margin in metres of it, may be in view."""
-    if not walls:
-        return np.zeros(0, np.bool_)
-    low, high = np.array([wall.low for wall in walls]), np.array([wall.high for wall in walls])
-    places = low[:, None] - margin + _CORNERS[:, :2] * (high - low + 2 * margin)[:, None]
-    offsets = np.array([wall.offset for wall in walls])
-    behind = offsets[:, None, None] + margin * (2 * _CORNERS[:, 2:] - 1)
-    axes, normals = np.array([wall.axes for wall in walls]), np.array([w.normal for w in walls])
-    corners = places @ axes.transpose(0, 2, 1) - behind * normals[:, None]
-    in_view: Array = (corners @ _sides_of_view(points).T > 0).any(axis=1).all(axis=1)
-    return in_view
+def _are_in_view(walls: Sequence[Wall], points: Points, *, margin: float = 0.3) -> list[bool]:
+    """Tell whether some of each wall, or what is within a margin of metres, may be in view."""
+    sides = _sides_of_view(points)
+    return [
+        bool(_is_in_view(sides, wall.normal, wall.offset, wall.axes, wall.low, wall.high, margin))
+        for wall in walls
+    ]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_in_view(
+    sides: Array,
+    normal: Array,
+    offset: float,
+    axes: Array,
+    low: Array,
+    high: Array,
+    margin: float,
+) -> bool:
+    """Tell whether a box around a wall is not all beyond one of the sides, see `_sides_of_view`."""
+    for side in sides:
+        along, up = (side * axes[:, 0]).sum(), (side * axes[:, 1]).sum()
+        away = (side * normal).sum()
+        # The corner farthest into the view.
+        farthest = -offset * away + margin * abs(away)
+        for slope, first, last in ((along, low[0], high[0]), (up, low[1], high[1])):
+            farthest += slope * (last + margin if slope > 0 else first - margin)
+        if farthest <= 0:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_within(xyz: Array, where: Array, plane: Array, band: Array, inliers: Array) -> None:
+    """Mark in (h, w) `inliers` the points within 2 cm and their band of a plane, of (n,) places.
+
+    xyz: (h * w, 3). plane: (4,) normal and offset. band: (h, w) metres.
+    """
+    a, b, c, offset = plane
+    flat, bands, wider = inliers.ravel(), band.ravel(), np.float32(0.02)
+    for point in where:
+        gap = abs(xyz[point, 0] * a + xyz[point, 1] * b + xyz[point, 2] * c + offset)
+        flat[point] = gap < bands[point] + wider

@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.teacher.cloud.planes import (
-    Mask,
-    Surface,
-    facing,
-    mask_of,
-)
+from curiosight.teacher.cloud.planes import Mask, Surface, mask_of
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.walls.faces import Face, fit_face
@@ -46,9 +41,8 @@ def find_walls(
     border: (h, w) bool; what touches it needs no more than `min_cut_diagonal`.
     max_cosine: |normal·up| of a point below which it votes for a wall.
     """
-    vertical = facing(points, up, -max_cosine, max_cosine, free)
-    rest = Surface.gather(points, band, np.flatnonzero(vertical))
-    headings = Headings(rest, points.normals_at(rest.where), up)
+    rest = Surface.facing(points, band, free, up, -max_cosine, max_cosine)
+    headings = Headings(rest, up)
     walls: list[Wall] = []
     for _ in range(2 * max_walls):
         normal, offset, peak_area = headings.peak(rest.area)
