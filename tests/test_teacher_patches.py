@@ -246,7 +246,7 @@ def test_patches_are_sets_with_enough_points_and_a_core(seed: int) -> None:
         if np.count_nonzero(is_one) >= 5 and core[is_one].any():
             n_whole += 1
             expected[is_one] = n_whole
-    _number_whole(smooth, core, 5, patch)
+    _number_whole(smooth, core, SIZE, 5, patch)
     np.testing.assert_array_equal(patch, expected)
 
 

@@ -43,9 +43,11 @@ def survey_recording(
 ) -> Survey:
     """Look at some frames of a recording and find what they share.
 
-    scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
-        beyond it. With poses the floor's height is found too, so that it stays known where
-        tables hide it.
+    scene: "table" = things stand on a table, the lowest support in view. "floor" = a robot's:
+        nothing but the floor is a support, and what carries things is one object with them.
+        "auto" tells a floor from a table, which the camera sees below, or nothing beyond; over a
+        floor it decides of each level surface whether it carries things. With poses the floor's
+        height is found too, so that it stays known where tables hide it.
     up: to which side of the image up points; "towards" the camera where it looks straight
         down, "away" from it where it looks straight up; "auto" = find out.
     """
@@ -53,7 +55,7 @@ def survey_recording(
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
-    settings = settings or SegmentationSettings()
+    settings, demanded = settings or SegmentationSettings(), scene
     usable, repeats = _in_own_size(one for one in frames if _can_teach(one))
     kept = without_outliers(usable)
     gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
@@ -81,6 +83,7 @@ def survey_recording(
         doubt=gravity.doubt,
         outline=outline,
         repeats=repeats,
+        floor_only=demanded == "floor",
     )
     if scene == "table" or up_world is None or floor is None:
         return known
@@ -177,6 +180,7 @@ def _tables_at(
         np.concatenate(seen),
         up,
         floor,
+        max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
         density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),

@@ -111,7 +111,7 @@ class TemporalTeacher:
     def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected = labels.copy()
-        where = np.flatnonzero((labels == Label.UNKNOWN) | (labels == Label.SALIENT))
+        where = np.flatnonzero((corrected == Label.UNKNOWN) | (corrected == Label.SALIENT))
         here, around = self.votes.balance(voxels.take(where)).T
         is_unknown = corrected.take(where) == Label.UNKNOWN
         corrected.ravel()[where[is_unknown & (around >= self.min_ahead)]] = Label.SALIENT

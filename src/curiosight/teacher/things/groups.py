@@ -90,7 +90,10 @@ class Groups:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort(where: Array, number: Array, min_points: int) -> tuple[Array, Array]:
     """Return what `Groups` are made of, see `Groups.of`."""
-    sizes = np.zeros(1 + max(-1, number.max()) if len(number) else 0, np.int64)
+    n_numbers = 0
+    for point in range(len(number)):
+        n_numbers = max(n_numbers, number[point] + 1)
+    sizes = np.zeros(n_numbers, np.int64)
     for point in range(len(number)):
         sizes[number[point]] += 1
     start, end, n_groups = np.zeros(len(sizes) + 1, np.int64), np.full(len(sizes), -1), 0
@@ -134,9 +137,10 @@ def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: A
         first, last = start[group], start[group + 1] - 1
         stride = 1 + (last - first) // 1000
         n = 1 + (last - first) // stride
-        for one, (column, share) in enumerate(shares):
+        for one in range(len(shares)):
+            column, share = int(shares[one, 0]), shares[one, 1]
             for place in range(n):
-                pool[place] = values[first + place * stride, int(column)]
+                pool[place] = values[first + place * stride, column]
             n_beyond = min(int(share * n), n - 1 - int(share * n))
             found[group, one, 0], found[group, one, 1] = find_ends(pool[:n], n_beyond)
 

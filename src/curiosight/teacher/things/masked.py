@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.things.clusters import euclidean_clusters
 from curiosight.teacher.things.groups import Groups
-from curiosight.teacher.things.things import Thing, are_standing, measure_things
+from curiosight.teacher.things.things import Thing, are_standing, measure_things, places_over
 from curiosight.teacher.things.verdicts import Verdict, judge
 from curiosight.teacher.walls.surroundings import Surroundings
 
@@ -161,5 +161,6 @@ def _measured(
     if len(groups) == 0:
         return []
     support = np.full(len(groups), thing.support)
-    standing = are_standing(groups, support, around) | stands
-    return measure_things(groups, support, standing, around)
+    places = places_over(groups, support, around)
+    standing = are_standing(groups, places, support, around) | stands
+    return measure_things(groups, places, support, standing, around)

@@ -95,7 +95,8 @@ class Patches:
         steps = np.abs(heights - np.diagonal(heights)[:, None])
         alike &= np.maximum(steps, steps.T) < max_step
         alike &= self.borders[..., TOUCHING] == 0
-        behind: Array = np.triu(alike, 1)
+        order = np.arange(len(alike))
+        behind: Array = alike & (order[:, None] < order)
         for one, other in np.argwhere(behind):
             behind[one, other] = self._is_hidden_between(one, other)
         return behind

@@ -48,7 +48,8 @@ def find_patches(thing: Array, points: Points, noise: float, *, max_bend_deg: fl
     _link(thing, *surface, np.cos(np.radians(max_bend_deg)), reach, parent)
     smooth = _number_known(thing, normals, parent)
     min_points = max(1, int(points.count(MIN_PATCH_PX)))
-    _number_whole(smooth, _core(smooth, points.steps(CORE_PX)), min_points, patch)
+    core = _core(smooth, points.steps(CORE_PX))
+    _number_whole(smooth, core, 1 + int(smooth.max()), min_points, patch)
     # One step of depth is bridged only where nothing else is left.
     queue = np.empty((thing.size, 2), np.int32)
     for slack in (2.0, np.inf):
@@ -73,12 +74,12 @@ def _number_known(thing: Array, normals: Array, parent: Array) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _number_whole(smooth: Array, core: Array, min_points: int, patch: Array) -> None:
+def _number_whole(smooth: Array, core: Array, n_sets: int, min_points: int, patch: Array) -> None:
     """Number the sets that have enough points and a core, from 1 and in their order, in `patch`.
 
     All are (h, w); smooth: see `_number_known`.
     """
-    sizes, number = np.zeros(smooth.max() + 1, np.int64), np.zeros(smooth.max() + 1, np.int32)
+    sizes, number = np.zeros(n_sets, np.int64), np.zeros(n_sets, np.int32)
     for v in range(smooth.shape[0]):
         for u in range(smooth.shape[1]):
             if smooth[v, u] >= 0:
@@ -175,7 +176,7 @@ def _grow(
                 n_waiting += 1
     n_done = 0
     while n_done < n_waiting:
-        v, u = queue[n_done]
+        v, u = queue[n_done, 0], queue[n_done, 1]
         n_done += 1
         for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
             row, column = v + dv, u + du

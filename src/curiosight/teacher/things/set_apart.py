@@ -14,6 +14,7 @@ from curiosight.teacher.things.things import (
     Thing,
     are_standing,
     measure_things,
+    places_over,
 )
 from curiosight.teacher.walls.surroundings import Surroundings
 
@@ -39,18 +40,23 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     _join_edges(whose, body, depth, noise)
     counts = np.zeros((bodies.n, 2), np.int64)
     _count_meetings(whose, body, depth, noise, around.points.steps(REACH_PX), counts)
+    # What is in no body is counted nowhere.
     is_before = counts[:, 0] > MIN_BEFORE * counts.sum(axis=1)
-    where = np.flatnonzero(is_before.take(body) & (body > 0))
+    if not is_before.any():
+        return []
+    where = np.flatnonzero(is_before.take(body))
     least = around.points.evidence(around.settings.min_cluster_px)
     groups = Groups.of(where, body.take(where), min_points=max(1, int(least)))
     if len(groups) == 0:
         return []
     support_of = np.array([0, *(thing.support for thing in things)])
     support = support_of.take(whose.take(groups.members[groups.start[:-1]]))
-    stands = are_standing(groups, support, around)
+    places = places_over(groups, support, around)
+    stands = are_standing(groups, places, support, around)
     if not stands.any():
         return []
-    return [thing for thing in measure_things(groups, support, stands, around) if thing.stands]
+    measured = measure_things(groups, places, support, stands, around)
+    return [thing for thing in measured if thing.stands]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.teacher.cloud.planes import Mask
+from curiosight.teacher.cloud.planes import Mask, horizontal_axes
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.supports.supports import Support
@@ -24,6 +24,10 @@ Array = npt.NDArray[Any]
 STRAY_PX, TORN_PX = 50, 6
 # Over a crease, where no normal is known, in pixels of a 640x480 image.
 CREASE_PX = 18
+
+
+# Share of a thing that is straight above or below a surface which is its own.
+MIN_UNDER_LID = 0.3
 
 
 class Verdict(Enum):
@@ -70,7 +74,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.CUT
     if hypot(*thing.size) < limits.min_size:
         return Verdict.SMALL
-    if hypot(*thing.size) > limits.max_size or hypot(*thing.size[:2]) > limits.max_width:
+    if not _fits(thing, around):
         return Verdict.LARGE
     if _is_sparse(thing, around.points):
         return Verdict.SPARSE
@@ -92,6 +96,38 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
 
+def _fits(thing: Thing, around: Surroundings, *, n_headings: int = 9) -> bool:
+    """Tell whether the smallest upright box around a thing is no larger than objects are.
+
+    What is wider than objects mostly are must be known to carry nothing. The camera's axes are
+    tried first, then others.
+    """
+    support = around.supports[thing.support]
+    limits, height = support.settings, thing.size[2]
+    most = limits.max_width
+    if any(_share_in(lid, thing) > MIN_UNDER_LID for lid in around.lids):
+        most = limits.max_size
+
+    def is_in_size(width: float, length: float) -> bool:
+        across = hypot(width, length)
+        return across <= most and hypot(across, height) <= limits.max_size
+
+    if is_in_size(*thing.size[:2]):
+        return True
+    # The box around a thing that is turned by 45 degrees is at most so much larger.
+    if hypot(*thing.size[:2]) > np.sqrt(2) * most:
+        return False
+    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
+    places = around.points.xyz_at(thing.members) @ axes
+    for heading in np.pi / 2 * np.arange(1, n_headings) / n_headings:
+        cos, sin = np.cos(heading), np.sin(heading)
+        turned = places @ np.array([[cos, -sin], [sin, cos]], np.float32)
+        width, length = (float(np.ptp(ends(along, 0.02))) for along in turned.T)
+        if is_in_size(width, length):
+            return True
+    return False
+
+
 def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
     """Tell whether the camera looks down on a thing within 35° of straight down."""
     up = around.supports[thing.support].plane.normal
@@ -102,10 +138,11 @@ def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
     """Return the cosine between a (3,) unit vector and the mean of the points at (n,) places."""
-    total = np.zeros(3)
+    x, y, z = 0.0, 0.0, 0.0
     for point in where:
-        total += xyz[point]
-    return float((total * direction).sum() / np.sqrt((total * total).sum()))
+        x, y, z = x + xyz[point, 0], y + xyz[point, 1], z + xyz[point, 2]
+    along = x * direction[0] + y * direction[1] + z * direction[2]
+    return float(along / np.sqrt(x * x + y * y + z * z))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
@@ -161,7 +198,7 @@ def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
     if support.is_table or table.extent is None or table.skirt is None:
         return False
     share = _share_in(table.skirt, thing)
-    if not table.carries_objects:
+    if not table.kind.carries_objects:
         return share > 0.7 or _share_in(table.extent, thing) > 0.03
     if share <= 0.2:
         return False
