@@ -80,7 +80,7 @@ def test_shelf_holds_what_is_undecided() -> None:
     assert shelf.contents is not None
     low, high = shelf.contents.bounds
     assert (high - low <= np.array(shelf.size) + 1e-6).all()
-    own, contents = Placed(shelf, np.eye(4)).parts()
+    own, contents = Placed(shelf, np.eye(4)).parts(Role.SUPPORT)
     assert (own.name, own.role) == ("shelf", Role.SUPPORT)
     assert (contents.name, contents.role) == ("shelf contents", Role.UNDECIDED)
 

@@ -18,10 +18,23 @@ def test_a_seed_alone_is_the_papers_robot() -> None:
 def test_every_option_is_read() -> None:
     source = (
         "room:3,plan=l,rearrange=5,lights=2,sensor=perfect,height=0.4,tilt=45,views=12,"
-        "split=test,blur=yes,furniture=a b/lib.sh3f,mount=270"
+        "split=test,blur=yes,furniture=a b/lib.sh3f,mount=270,scene=floor"
     )
     assert parse_room(source) == RoomSettings(
-        3, "l", 5, 2, "perfect", 0.4, 45.0, 12, "test", True, Path("a b/lib.sh3f"), None, 270.0
+        3,
+        "l",
+        5,
+        2,
+        "perfect",
+        0.4,
+        45.0,
+        12,
+        "test",
+        True,
+        Path("a b/lib.sh3f"),
+        None,
+        270.0,
+        "floor",
     )
 
 

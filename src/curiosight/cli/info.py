@@ -41,6 +41,8 @@ def info(
     rows["camera"] = _camera_line(facts["camera"])
     rows["poses"] = facts["poses"] and f"{facts['poses']} of {facts['frames']}"
     rows["remarks"] = "; ".join(facts["remarks"]) or None
+    supports = (f"{n} × {name}" for name, n in facts["supports"].items())
+    rows["supports"] = ", ".join(supports) or None
     rows["regions"] = _region_line(facts["regions"])
     talk.results(str(source), rows, facts)
     for warning in facts["warnings"]:

@@ -54,7 +54,8 @@ Seed = Annotated[
 Scene = Annotated[
     str | None,
     typer.Option(
-        help="What objects stand on: floor, table, or auto = find out from the recording.",
+        help="floor: nothing else is a support, a desk is one object with what is on it. table: "
+        "objects stand on a table. auto: told for each support in view.",
         rich_help_panel=SETTINGS,
         show_default="auto",
     ),

@@ -81,6 +81,9 @@ def segment(
             summary = segmenting.finish()
     talk.warn_of(segmenting.problems, summary["frames"], "told nothing")
     rows = {name: summary[name] for name in ("frames", "objects", "scene")}
+    rows["supports"] = ", ".join(
+        f"{name} in {count(n, 'frame')}" for name, n in summary["supports"].items()
+    )
     rows["written to"] = folder.path
     talk.results("segment", rows, {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:

@@ -96,6 +96,7 @@ def describe(config: Config, dataset: Dataset) -> dict[str, Any]:
         "height": height,
         "depth": asdict(look_at_depth(dataset, frames)) if dataset.has_depth else None,
         "scene": survey.scene if survey is not None else None,
+        "supports": survey.supports() if survey is not None else {},
         "camera": _camera(dataset),
         "poses": sum(pose is not None for pose in dataset.poses),
         "ground_truth": sum(map(dataset.has_ground_truth, range(len(dataset)))),

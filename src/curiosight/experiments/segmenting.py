@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -54,6 +55,7 @@ class Segmenting:
                 raise ValueError("confidence: expected the pipeline 'default', got another teacher")
             self._measured = self._teacher
         self._objects: dict[str, list[dict[str, Any]]] = {}
+        self._n_showing: Counter[str] = Counter()
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -76,12 +78,14 @@ class Segmenting:
                     grey = np.rint(255 * sure).astype(np.uint8)
                     self._out.write_image(f"confidence/{frame.id}.png", grey)
                 self._objects[frame.id] = describe_objects(instances, segmentation.objects)
+                self._n_showing.update({support.name for support in segmentation.supports})
                 self.problems.add_told(frame, segmentation)
                 yield frame, segmentation
 
     def finish(self) -> dict[str, Any]:
         """Write objects.json for the frames segmented so far; return a summary, JSON-able.
 
+        `supports`: in how many frames each kind of support was found.
         With reasons also reasons.json: what the greys of reasons/<id>.png mean.
         """
         self._out.write_json("objects.json", self._objects)
@@ -91,6 +95,7 @@ class Segmenting:
             "frames": len(self._objects),
             "objects": sum(map(len, self._objects.values())),
             "scene": self._survey.scene,
+            "supports": dict(self._n_showing.most_common()),
             "problems": self.problems.counts(),
         }
 

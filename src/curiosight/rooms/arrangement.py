@@ -49,9 +49,9 @@ class Thing:
     is_on_floor: bool
     T_room_thing: Pose
 
-    def part(self) -> Part:
+    def part(self, role: Role = Role.OBJECT) -> Part:
         """Return it as a part of a scene."""
-        return Part(self.kind.name, Role.OBJECT, self.mesh.moved(self.T_room_thing))
+        return Part(self.kind.name, role, self.mesh.moved(self.T_room_thing))
 
     def footprint(self) -> Polygon:
         """Return the (4, 2) corners of the box around it, in the room."""

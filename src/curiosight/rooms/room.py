@@ -13,12 +13,13 @@ from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.furniture import Placed, furnish
 from curiosight.rooms.mesh import Mesh
 from curiosight.rooms.plan import FloorPlan, draw_plan
-from curiosight.rooms.scene import Light, Scene
+from curiosight.rooms.scene import Light, Role, Scene
 from curiosight.rooms.settings import RoomSettings
 from curiosight.rooms.shell import Shell, draw_shell
 from curiosight.rooms.sweet_home import Entry, SweetHomeLibrary
 from curiosight.rooms.things import KINDS, Kind
 from curiosight.rooms.things.kind import FLOOR, TABLE
+from curiosight.rooms.truth import role_of_furniture, role_of_thing
 
 N_ON_FLOOR = 16
 MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
@@ -43,8 +44,15 @@ class Room:
     @cached_property
     def scene(self) -> Scene:
         """All that a camera can see."""
-        furniture = (part for placed in self.furniture for part in placed.parts())
-        things = (thing.part() for thing in self.things)
+        if self.settings.over is None:
+            seen_as = self.settings.scene
+            roles = [role_of_furniture(placed, self.things, seen_as) for placed in self.furniture]
+        else:
+            # An arm works on its tables, with things or without.
+            seen_as, roles = "table", len(self.furniture) * [Role.SUPPORT]
+        both = zip(self.furniture, roles, strict=True)
+        furniture = (part for placed, role in both for part in placed.parts(role))
+        things = (thing.part(role_of_thing(thing, seen_as)) for thing in self.things)
         return Scene((*self.shell.parts, *furniture, *things), self._lights())
 
     @property

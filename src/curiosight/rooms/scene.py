@@ -18,7 +18,7 @@ class Role(Enum):
     """What a part is to the paper's definition of an object (sec. II-A)."""
 
     OBJECT = "object"  # stands free on a table or the floor: salient
-    SUPPORT = "support"  # what things stand on, and other furniture: not salient
+    SUPPORT = "support"  # furniture that carries things or is larger than objects: not salient
     STRUCTURE = "structure"  # floor, walls, and what is fixed to them: not salient
     UNDECIDED = "undecided"  # ignored, such as what stands in a shelf
 

@@ -12,6 +12,7 @@ PlanShape = Literal["rect", "l"]
 SensorName = Literal["kinect", "stereo", "lidar", "perfect"]
 Split = Literal["train", "test"]
 Over = Literal["table"]
+SceneName = Literal["auto", "floor", "table"]
 
 PREFIX = "room:"
 # Metres and degrees of the paper's robot, whose camera stands on a mast.
@@ -37,6 +38,9 @@ class RoomSettings:
     over: "table" = an arm holds the camera over tables; None = a robot carries it.
     mount: degrees by which the camera is turned about its optical axis, clockwise as seen from
         behind it.
+    scene: whose truth it is: "floor" = of a robot that takes what carries things for one object
+        with them, so that only floor and walls are not salient; "auto", "table" = what carries
+        things is a support. Over tables it is "table".
     """
 
     seed: int = 0
@@ -52,6 +56,7 @@ class RoomSettings:
     furniture: Path | None = None
     over: Over | None = None
     mount: float = 0.0
+    scene: SceneName = "auto"
 
     def __post_init__(self) -> None:
         if self.over is None:
@@ -95,7 +100,13 @@ class RoomSettings:
         return f"{PREFIX}{self.seed}" + "".join(changed)
 
 
-_CHOICES = {"plan": PlanShape, "sensor": SensorName, "split": Split, "over": Over}
+_CHOICES = {
+    "plan": PlanShape,
+    "sensor": SensorName,
+    "split": Split,
+    "over": Over,
+    "scene": SceneName,
+}
 
 
 def is_room(source: Path | str) -> bool:
@@ -137,6 +148,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "furniture": Path,
     "over": str,
     "mount": float,
+    "scene": str,
 }
 _EXPECTED = {int: "a whole number", float: "a number", _read_switch: "yes or no"}
 

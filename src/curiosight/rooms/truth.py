@@ -1,4 +1,9 @@
-"""The truth of every pixel of a drawn room, by the paper's definition of an object (sec. II-A)."""
+"""The truth of every pixel of a drawn room, by the paper's definition of an object (sec. II-A).
+
+What stands free and is no larger than 150 cm is an object, furniture that carries nothing too. What
+carries things is a support. The paper's robot on the floor takes it for one object together with
+all that stands on it, or for none where the two are larger: `scene` says who looks.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,41 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Label
+from curiosight.rooms.arrangement import Thing
+from curiosight.rooms.furniture import Placed
+from curiosight.rooms.mesh import Mesh
 from curiosight.rooms.scene import Part, Role
+from curiosight.rooms.settings import SceneName
 
 Ids = npt.NDArray[np.integer[Any]]
 Grey = npt.NDArray[np.uint8]
+# Metres across the box around an object. The paper has 10 to 150 cm; a box of 10 cm at an angle
+# is 8 cm wide.
+MIN_SIZE, MAX_SIZE = 0.08, 1.5
+
+
+def role_of_furniture(placed: Placed, things: Sequence[Thing], scene: SceneName) -> Role:
+    """Return what a piece of furniture is with the room's things where they stand.
+
+    scene: "floor" = who looks takes what carries something for one with all that is on it.
+    """
+    carries = placed.furniture.contents is not None or any(
+        placed.carries(thing.T_room_thing[:3, 3]) for thing in things if not thing.is_on_floor
+    )
+    if not carries and across(placed.furniture.mesh) <= MAX_SIZE:
+        return Role.OBJECT
+    return Role.UNDECIDED if scene == "floor" else Role.SUPPORT
+
+
+def role_of_thing(thing: Thing, scene: SceneName) -> Role:
+    """Return what a thing is; scene: see `role_of_furniture`."""
+    return Role.OBJECT if thing.is_on_floor or scene != "floor" else Role.UNDECIDED
+
+
+def across(mesh: Mesh) -> float:
+    """Return the metres across the smallest upright box around a mesh, however it is turned."""
+    _, size, _ = cv2.minAreaRect(np.ascontiguousarray(mesh.vertices[:, :2], np.float32))
+    return float(np.hypot(np.hypot(*size), np.ptp(mesh.vertices[:, 2])))
 
 
 def draw_truth(
@@ -21,16 +57,16 @@ def draw_truth(
     parts: Sequence[Part],
     *,
     outline_px: int = 2,
-    min_size: float = 0.08,
-    max_size: float = 1.5,
+    min_size: float = MIN_SIZE,
+    max_size: float = MAX_SIZE,
 ) -> Grey:
     """Return (H, W) uint8: 255 salient, 0 not salient, 125 to be ignored.
 
     ids: (H, W) the number of the part in each pixel, its place in `parts` + 1; 0 = nothing.
     outline_px: pixels this close to a boundary between salient and not are ignored, as they
         are in annotations made by hand.
-    min_size, max_size: metres across an object's bounding box. The paper has 10 to 150 cm; a
-        box of 10 cm at an angle is 8 cm wide.
+    min_size: metres across the box around an object along the room's axes; max_size: across the
+        smallest upright box, see `across`.
     """
     if not 0 <= ids.min() <= ids.max() <= len(parts):
         found = f"{ids.min()} to {ids.max()}"
@@ -55,12 +91,13 @@ def _greys(ids: Ids, parts: Sequence[Part], min_size: float, max_size: float) ->
 def _grey(part: Part, min_size: float, max_size: float) -> Label:
     if part.role in (Role.SUPPORT, Role.STRUCTURE):
         return Label.NOT_SALIENT
-    is_in_size = min_size <= part.mesh.diagonal <= max_size
-    return Label.SALIENT if part.role is Role.OBJECT and is_in_size else Label.UNKNOWN
+    if part.role is not Role.OBJECT or part.mesh.diagonal < min_size:
+        return Label.UNKNOWN
+    return Label.SALIENT if across(part.mesh) <= max_size else Label.UNKNOWN
 
 
 def draw_instances(
-    ids: Ids, parts: Sequence[Part], *, min_size: float = 0.08, max_size: float = 1.5
+    ids: Ids, parts: Sequence[Part], *, min_size: float = MIN_SIZE, max_size: float = MAX_SIZE
 ) -> npt.NDArray[np.int32]:
     """Return (H, W) int32: the number of each salient part, 0 = not salient, -1 = to be ignored.
 

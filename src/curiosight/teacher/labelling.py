@@ -10,31 +10,26 @@ import numpy.typing as npt
 from curiosight.errors.compiling import njit
 from curiosight.frame import Depth, Label
 from curiosight.teacher.cloud.points import spread
-from curiosight.teacher.segmented import (
-    CODE_OF,
-    FLOOR,
-    FURNITURE,
-    TABLE,
-    UNDER_TABLE,
-    WALL,
-    Segmentation,
-)
-from curiosight.teacher.supports.slab import ON_FLOOR, ON_FURNITURE, ON_TABLE, under_tables
+from curiosight.teacher.segmented import CODE_OF, FOUND_AS, UNDER_TABLE, WALL, Segmentation
+from curiosight.teacher.supports.slab import ON, ON_DOUBTFUL, ON_FLOOR, under_tables
+from curiosight.teacher.supports.supports import FLOOR
 from curiosight.teacher.things.objects import Things
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 Array = npt.NDArray[Any]
-NOT_SALIENT = np.uint8(Label.NOT_SALIENT)
+NOT_SALIENT, UNKNOWN = np.uint8(Label.NOT_SALIENT), np.uint8(Label.UNKNOWN)
 ON_WALL, BELOW = np.uint8(CODE_OF[WALL]), np.uint8(CODE_OF[UNDER_TABLE])
-CODE_OF_KIND = np.zeros(4, np.uint8)
-CODE_OF_KIND[[ON_FLOOR, ON_TABLE, ON_FURNITURE]] = [CODE_OF[k] for k in (FLOOR, TABLE, FURNITURE)]
+CODE_OF_KIND = np.zeros(ON_DOUBTFUL + 1, np.uint8)
+CODE_OF_KIND[ON_FLOOR] = CODE_OF[FLOOR]
+CODE_OF_KIND[[*ON.values()]] = [CODE_OF[FOUND_AS[kind]] for kind in ON]
 
 
 def label_pixels(things: Things, depth: Depth) -> Segmentation:
     """Return what is salient, what is not, and what is unknown.
 
-    Objects are salient, supports and walls are not; what an object encloses may be its bottom:
-    unknown. What has no reading or lies beyond the range is unavailable.
+    Objects are salient, supports and walls are not; a doubtful support is unknown, and what an
+    object encloses, which may be its bottom. What has no reading or lies beyond the range is
+    unavailable.
 
     depth: (H, W) metres, the image that the points are of.
     """
@@ -101,6 +96,8 @@ def _pack(
             label, code, hollow = label_of[number[v, u]], code_of[kinds[v, u]], hollows[v, u]
             if is_wall[v, u]:
                 label, code = NOT_SALIENT, ON_WALL
+            elif kinds[v, u] == ON_DOUBTFUL:
+                label = UNKNOWN
             elif code > 0:
                 label = NOT_SALIENT if hollow == 0 else label
             elif is_under[v, u]:

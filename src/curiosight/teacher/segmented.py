@@ -10,18 +10,22 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.wall import Wall
-from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.supports.supports import FLOOR, Support
+from curiosight.teacher.supports.tops import Kind
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 UNSEEN, ALONE = "no reading, or beyond the range", "in no cluster"
 DOUBTED = "in an object: enclosed by it, or denied by other views"
 UNDER_TABLE, TOLD_NOTHING = "under a table", "the frame tells nothing"
-FLOOR, TABLE, FURNITURE, WALL = "floor", "table", "seat, bed or shelf", "wall"
-SALIENT = "object"
+WALL, SALIENT = "wall", "object"
+# What a level surface over the floor is called.
+FOUND_AS = {kind: kind.value for kind in Kind if kind is not Kind.THING}
 # Codes of `Segmentation.reasons`.
 _REJECTED = [verdict.value for verdict in Verdict if verdict is not Verdict.OBJECT]
-_FOUND = [FLOOR, TABLE, FURNITURE, WALL, SALIENT, UNDER_TABLE, TOLD_NOTHING]
+_FOUND = [FLOOR, *FOUND_AS.values(), WALL, SALIENT, UNDER_TABLE, TOLD_NOTHING]
 REASONS = dict(enumerate(["known", UNSEEN, ALONE, DOUBTED, *_REJECTED, *_FOUND]))
+# Of these, what is unknown for being one.
+TOLD_UNKNOWN = (FOUND_AS[Kind.DOUBTFUL], UNDER_TABLE)
 CODE_OF = {reason: code for code, reason in REASONS.items()}
 
 
@@ -83,8 +87,8 @@ class Segmentation:
         if self.found is not None:
             # What memory corrected is no longer what this frame found.
             is_known = self.labels == Label.NOT_SALIENT
-            is_under = self.found == CODE_OF[UNDER_TABLE]
-            is_told = (self.found > 0) & (is_under ^ is_known) & (self.cluster_of_pixel == 0)
+            is_unknown = np.isin(self.found, [CODE_OF[what] for what in TOLD_UNKNOWN])
+            is_told = (self.found > 0) & (is_unknown ^ is_known) & (self.cluster_of_pixel == 0)
             reasons[is_told] = self.found[is_told]
         reasons[self.labels == Label.UNAVAILABLE] = CODE_OF[UNSEEN]
         reasons[self.labels == Label.SALIENT] = CODE_OF[SALIENT]

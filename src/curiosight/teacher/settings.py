@@ -95,8 +95,8 @@ class SegmentationSettings:
     min_wall_diagonal: float = 1.5
     min_cut_wall_diagonal: float = 1.0
     wall_gap: float = 0.10
-    min_table_area: float = 0.25
-    min_table_diagonal: float = 0.7
+    min_table_area: float = 0.07
+    min_table_diagonal: float = 0.38
     stride: int = 3
     border_px: int = 10
     min_cluster_px: int = 200

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -44,14 +45,24 @@ class Placed:
     furniture: Furniture
     T_room_furniture: Pose
 
-    def parts(self) -> tuple[Part, ...]:
-        """Return its parts in the room."""
+    def parts(self, role: Role) -> tuple[Part, ...]:
+        """Return its parts in the room, the first of which has the role."""
         own = self.furniture
-        parts = [Part(own.name, Role.SUPPORT, own.mesh.moved(self.T_room_furniture))]
+        parts = [Part(own.name, role, own.mesh.moved(self.T_room_furniture))]
         if own.contents is not None:
             contents = own.contents.moved(self.T_room_furniture)
             parts.append(Part(f"{own.name} contents", Role.UNDECIDED, contents))
         return tuple(parts)
+
+    def carries(self, place: npt.NDArray[np.floating[Any]]) -> bool:
+        """Tell whether what stands at a place (3,) of the room is on one of its tops."""
+        x, y, z = (place - self.T_room_furniture[:3, 3]) @ self.T_room_furniture[:3, :3]
+        return any(
+            top.area[0] <= x <= top.area[2]
+            and top.area[1] <= y <= top.area[3]
+            and abs(z - top.height) < 0.01
+            for top in self.furniture.tops
+        )
 
     @property
     def tops(self) -> tuple[tuple[Pose, Rectangle], ...]:

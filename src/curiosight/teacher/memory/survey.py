@@ -39,9 +39,11 @@ def survey_recording(
 ) -> Survey:
     """Look at some frames of a recording and find what they share.
 
-    scene: "auto" calls the lowest support a table where the camera sees below it, or nothing
-        beyond it. With poses the floor's height is found too, so that it stays known where
-        tables hide it.
+    scene: "table" = things stand on a table, the lowest support in view. "floor" = a robot's:
+        nothing but the floor is a support, and what carries things is one object with them.
+        "auto" tells a floor from a table, which the camera sees below, or nothing beyond; over a
+        floor it decides of each level surface whether it carries things. With poses the floor's
+        height is found too, so that it stays known where tables hide it.
     up: to which side of the image up points; "towards" the camera where it looks straight
         down, "away" from it where it looks straight up; "auto" = find out.
     """
@@ -49,7 +51,7 @@ def survey_recording(
         raise ValueError(f"scene: expected one of {', '.join(SCENES)}, got {scene!r}")
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
-    settings = settings or SegmentationSettings()
+    settings, demanded = settings or SegmentationSettings(), scene
     kept = without_outliers([shrunk(one, 640, least=1) for one in frames if _can_teach(one)])
     gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
     observed = [_observe(frame, gravity) for frame in kept]
@@ -75,6 +77,7 @@ def survey_recording(
         up_camera=gravity.up_camera,
         doubt=gravity.doubt,
         outline=outline,
+        floor_only=demanded == "floor",
     )
     if scene == "table" or up_world is None or floor is None:
         return known
@@ -154,6 +157,7 @@ def _tables_at(
         np.concatenate(seen),
         up,
         floor,
+        max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
     )

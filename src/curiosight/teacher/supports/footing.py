@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from curiosight.teacher.supports.supports import (
     share_below,
 )
 from curiosight.teacher.supports.surveyed import Survey
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 # A camera without poses tilts and rolls by less from one frame to the next.
@@ -42,6 +44,8 @@ class Supports:
     found: the supports in view, lowest first; none where no point is on one.
     kinds: (h, w) uint8, what a point is on, see `slab.py`. free: (h, w) bool, on none; both within
         the range.
+    lids: (h, w) bool each, what is straight above or below the top of something on the floor
+        that carries nothing.
     """
 
     points: Points
@@ -49,6 +53,7 @@ class Supports:
     found: list[Support]
     kinds: Array
     free: Mask
+    lids: Sequence[Mask] = ()
 
 
 def find_footing(
@@ -65,12 +70,17 @@ def find_footing(
         alone.
     prior: (3,) within 45° of which up is then.
     """
-    found = _supports_in(points, survey, settings, up, prior)
+    tops = _supports_in(points, survey, settings, up, prior)
+    if survey.floor_only:
+        # So no table is looked for, but what is one thing may be as wide as it is long.
+        tops = tops[:1] + [replace(top, kind=Kind.THING) for top in tops[1:]]
+    found = [top for top in tops if top.kind is not Kind.THING]
+    lids = [top.extent for top in tops if top.kind is Kind.THING and top.extent is not None]
     if not any(support.plane.inliers.any() for support in found):
         found = []
     in_range = points.depth <= settings.max_range
     kinds = in_range * on_supports(points, found, settings.noise)
-    return Supports(points, settings, found, kinds, in_range & (kinds == NOTHING))
+    return Supports(points, settings, found, kinds, in_range & (kinds == NOTHING), lids)
 
 
 def _supports_in(
@@ -80,7 +90,7 @@ def _supports_in(
     up: Array | None,
     prior: Array,
 ) -> list[Support]:
-    """Return the supports in view, lowest first; empty when there is none."""
+    """Return the supports in view, lowest first, and lids; empty when there is none."""
     if points.pose is not None and survey.up_world is not None:
         return _surveyed_supports(points, points.pose, survey, survey.up_world, settings)
     surface = points.normals.reshape(-1, 3), votes_on_up(points, settings.max_range).ravel()
@@ -98,8 +108,8 @@ def _surveyed_supports(
         KnownTable(
             camera_height - table.height,
             table.inset_of(points, pose),
-            table.carries_objects,
-            table.is_thing,
+            table.core,
+            table.kind,
         )
         for table in survey.tables
         if camera_height is not None and table.is_in_view(points, pose, settings.max_range)

@@ -12,12 +12,18 @@ from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import MIN_FACING, Mask
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.supports.supports import Support
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 
 
 # What a point can be on, in the order in which one tells more than another.
-NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE = range(4)
+NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE, ON_DOUBTFUL = range(5)
+ON: dict[Kind, Any] = {
+    Kind.TABLE: ON_TABLE,
+    Kind.FURNITURE: ON_FURNITURE,
+    Kind.DOUBTFUL: ON_DOUBTFUL,
+}
 
 
 def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Array:
@@ -29,17 +35,17 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ar
     everywhere = np.ones(points.depth.shape, np.bool_)
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
-        is_known = support.core is not None and support.extent is not None
-        on_table = ON_TABLE if support.carries_objects else ON_FURNITURE
+        is_known = support.core is not None or support.kind is Kind.DOUBTFUL
+        is_known &= support.extent is not None
         _mark_on(
             points.depth,
             points.normals,
             support.heights,
-            support.extent if is_known else everywhere,
+            support.extent if is_known and support.extent is not None else everywhere,
             support.plane.normal.astype(np.float32),
             support.settings.slab,
             noise,
-            on_table if support.is_table else ON_FLOOR,
+            ON[support.kind] if support.is_table else ON_FLOOR,
             kinds,
         )
     return kinds

@@ -14,22 +14,26 @@ from curiosight.teacher.cloud.planes import (
     Mask,
     Plane,
     find_supports,
-    horizontal_axes,
     noise_band,
 )
 from curiosight.teacher.cloud.points import Points
-from curiosight.teacher.cloud.ranks import ends, median
+from curiosight.teacher.cloud.ranks import median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
 from curiosight.teacher.supports.footprint import above_footprint, largest_piece
+from curiosight.teacher.supports.frame_tops import tops_in_frame
 from curiosight.teacher.supports.table_map import MARGIN
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 Scene = Literal["floor", "table"]
 
+FLOOR = "floor"
 # Half the thickness of a plane in the fits, beside the sensor's noise.
 PLANE_BAND = 0.008
 # Supports within this height (metres) are one; pose drift and tilt stay below it.
 SAME_HEIGHT = 0.10
+# Square metres in view of the lowest support, unless it is the largest.
+MIN_LOWEST_AREA = 0.25
 # Legs and aprons stand no farther from what is seen of a table's top, metres.
 SKIRT = 0.15
 
@@ -42,7 +46,7 @@ class Support:
     extent: (h, w) bool, what is straight above or below a table; None for a floor.
     core: the part of the extent where the table certainly is; None for a table that only this
         frame knows. skirt: the extent and what is close beside it; None for a floor.
-    carries_objects: False for a seat, a bed or a shelf, see `Table`.
+    kind: of a table.
     """
 
     plane: Plane
@@ -51,11 +55,16 @@ class Support:
     extent: Mask | None = None
     core: Mask | None = None
     skirt: Mask | None = None
-    carries_objects: bool = True
+    kind: Kind = Kind.TABLE
 
     @property
     def is_table(self) -> bool:
         return self.extent is not None
+
+    @property
+    def name(self) -> str:
+        """What it is, in words."""
+        return self.kind.value if self.is_table else FLOOR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,13 +72,13 @@ class KnownTable:
     """A table of the recording, as a frame's camera has it.
 
     offset: metres that its top is below the camera. inset: (h, w) metres that points lie inside
-    its outline, seen from above. carries_objects, is_thing: see `Table`.
+    its outline, seen from above. core, kind: see `Table`.
     """
 
     offset: float
     inset: Array
-    carries_objects: bool = True
-    is_thing: bool = False
+    core: float = 0.25
+    kind: Kind = Kind.TABLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +98,7 @@ def choose_supports(
     camera_height: float | None = None,
     known_tables: Sequence[KnownTable] = (),
 ) -> list[Support]:
-    """Return the supports in view, lowest first; empty when there is none.
+    """Return the supports in view, lowest first, and lids of things; empty when there is none.
 
     scene: what the lowest support is.
     camera_height: metres over the floor where the recording tells it: then the floor is
@@ -98,11 +107,16 @@ def choose_supports(
     """
     planes = find_planes(points, up, settings)
     if camera_height is None:
-        large = [p for p in planes if p is planes[0] or _is_large(points, p, up, settings)]
-        ordered = sorted(large, key=lambda plane: -plane.offset)
-        tables = ordered if scene == "table" else ordered[1:]
-        floors = [Support(p, settings.floor, p.distances(points)) for p in ordered[:1]]
-        return floors[: len(ordered) - len(tables)] + [_table(points, p, settings) for p in tables]
+        if not planes:
+            return []
+        lowest = max(planes[:1] + _large(points, planes, settings), key=lambda p: p.offset)
+        above = [plane for plane in planes if plane.offset < lowest.offset - SAME_HEIGHT]
+        tops = tops_in_frame(points, lowest, above, settings)
+        if scene == "table":
+            first = _table(points, lowest, Kind.TABLE, settings)
+        else:
+            first = Support(lowest, settings.floor, lowest.distances(points))
+        return [first] + [_table(points, plane, kind, settings) for plane, kind in tops]
     levels = [_Level(plane, _height(points, plane.inliers, up)) for plane in planes]
     everywhere = np.ones(points.depth.shape, np.bool_)
     floor = _plane_at(points, up, levels, camera_height, settings.noise, SAME_HEIGHT, everywhere)
@@ -110,21 +124,21 @@ def choose_supports(
     known = [
         _known_support(points, up, levels, table, extent, settings)
         for table, extent in seen
-        if not table.is_thing and np.count_nonzero(extent) >= 50
+        if np.count_nonzero(extent) >= 50
     ]
     taken = [table.extent for table in known if table.extent is not None]
-    taken += [extent for table, extent in seen if table.is_thing]
     above = [plane for plane in planes if plane.offset < floor.offset - SAME_HEIGHT]
     beside = [_beside(plane, taken) for plane in above]
-    new = [_table(points, p, settings) for p in beside if _is_large(points, p, up, settings)]
+    tops = tops_in_frame(points, floor, beside, settings)
+    new = [_table(points, plane, kind, settings) for plane, kind in tops]
     tables_in_view = sorted([*known, *new], key=lambda support: -support.plane.offset)
     return [Support(floor, settings.floor, floor.distances(points)), *tables_in_view]
 
 
-def _table(points: Points, plane: Plane, settings: SegmentationSettings) -> Support:
+def _table(points: Points, plane: Plane, kind: Kind, settings: SegmentationSettings) -> Support:
     heights = plane.distances(points)
     extent, skirt = above_footprint(points, plane, (MARGIN, SKIRT))
-    return Support(plane, settings.table, heights, extent, skirt=skirt)
+    return Support(plane, settings.table, heights, extent, skirt=skirt, kind=kind)
 
 
 def _known_support(
@@ -139,16 +153,16 @@ def _known_support(
 
     extent: (h, w) bool, where it is by the table's outline.
     """
-    core = table.inset > 0.25
+    core = table.inset > table.core
     plane = _plane_at(points, up, levels, table.offset, settings.noise, 0.06, extent)
     if np.count_nonzero(plane.inliers & extent) >= 50:
         (shown,) = above_footprint(points, plane, (MARGIN,))
         if np.count_nonzero(plane.inliers & extent & shown) >= 50:
             extent, core = extent | shown, core | shown
     # A sofa's arms are wider than the board of a table is beyond its legs.
-    skirt = table.inset > (-SKIRT if table.carries_objects else -0.25)
+    skirt = table.inset > (-SKIRT if table.kind.carries_objects else -0.25)
     heights = plane.distances(points)
-    return Support(plane, settings.table, heights, extent, core, skirt, table.carries_objects)
+    return Support(plane, settings.table, heights, extent, core, skirt, table.kind)
 
 
 def _beside(plane: Plane, taken: list[Mask]) -> Plane:
@@ -173,14 +187,10 @@ def share_below(points: Points, plane: Plane) -> float:
     return float(np.count_nonzero(is_below)) / n_seen
 
 
-def _is_large(points: Points, plane: Plane, up: Array, settings: SegmentationSettings) -> bool:
-    piece = np.flatnonzero(largest_piece(plane.inliers))
-    if float(points.area.take(piece).sum()) < settings.min_table_area:
-        return False
-    # Its ends need no more of them.
-    xyz = points.xyz_at(piece[:: 1 + len(piece) // 2000])
-    extent = [np.ptp(ends(xyz @ axis, 0.02)) for axis in horizontal_axes(up)]
-    return float(np.hypot(*extent)) >= settings.min_table_diagonal
+def _large(points: Points, planes: list[Plane], settings: SegmentationSettings) -> list[Plane]:
+    """Return the planes that are large enough to be a floor, or the table that all stands on."""
+    sizes = [points.area[largest_piece(plane.inliers)].sum() for plane in planes]
+    return [p for p, size in zip(planes, sizes, strict=True) if size >= MIN_LOWEST_AREA]
 
 
 def _height(points: Points, inliers: Mask, up: Array) -> float:

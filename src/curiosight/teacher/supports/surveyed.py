@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from curiosight.teacher.cloud.outline import Side
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
+from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
 # So far from where cameras were, metres, the floor is as high as there.
@@ -23,6 +25,8 @@ class Survey:
     """What holds for a whole recording.
 
     scene: what the lowest support in view is; its objects and gaps are larger on a floor.
+    floor_only: nothing but the floor is a support: what carries things is one with them, as it is
+        to the paper's robot.
     up_world: (3,) unit vector in the world's frame; None = poses do not tell it.
     floor_height: metres along `up_world`; None = not known.
     tables: what stands on the floor and carries things, lowest first.
@@ -48,6 +52,12 @@ class Survey:
     doubt: str | None = None
     surveyed: Array | None = None
     outline: tuple[Side, ...] | None = None
+    floor_only: bool = False
+
+    def supports(self) -> dict[str, int]:
+        """Return how many supports of each kind are known, by what they are called."""
+        counts = Counter(table.kind.value for table in self.tables if table.kind is not Kind.THING)
+        return ({} if self.floor_height is None else {"floor": 1}) | dict(counts)
 
     def camera_height(self, T_world_camera: Pose | None) -> float | None:
         """Return the camera's height over the floor in metres; None where it is not known.

@@ -27,13 +27,23 @@ from curiosight.teacher.supports.ground import (
     opened,
     pieces,
 )
+from curiosight.teacher.supports.tops import (
+    MAX_HEIGHT,
+    MAX_RISE,
+    MIN_HEIGHT,
+    MIN_RISE,
+    WIDEST_GAP,
+    Kind,
+    TopView,
+    stands_on_any,
+)
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]
 
-MIN_TABLE_HEIGHT, MAX_TABLE_HEIGHT = 0.2, 1.3
 # What is this close to a table's outline (metres) belongs to it.
 MARGIN = 0.05
+MAX_CORE = 0.25
 MAX_LEVEL_ANGLE = np.radians(20)
 
 
@@ -45,16 +55,19 @@ class Table:
     axes: (3, 2) the map's directions in the world, of columns and of rows, unit vectors.
     low: (2,) metres along them of the first cell's corner.
     inset: (rows, columns) float32 metres that a cell lies inside the outline, negative outside.
-    carries_objects: False where what is on it is part of it: cushions, books in a shelf.
-    is_thing: a box on the floor, a pouf or a carton: no support, for all its level top.
+    kind: what it is.
     """
 
     height: float
     axes: Array
     low: Array
     inset: npt.NDArray[np.float32]
-    carries_objects: bool = True
-    is_thing: bool = False
+    kind: Kind = Kind.TABLE
+
+    @property
+    def core(self) -> float:
+        """How far inside the outline the table certainly is, metres; half way, of a small one."""
+        return min(MAX_CORE, float(np.max(self.inset)) / 2)
 
     def is_in_view(self, points: Points, T_world_camera: Pose, max_range: float) -> bool:
         """Tell whether points up to a range in metres could be over or under the table's map."""
@@ -87,6 +100,7 @@ def map_tables(
     up: Array,
     floor: float,
     *,
+    max_size: float = 1.5,
     min_area: float = 0.25,
     min_diagonal: float = 0.7,
 ) -> tuple[Table, ...]:
@@ -94,6 +108,7 @@ def map_tables(
 
     level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
     up: (3,) unit vector; floor: metres along it.
+    max_size: metres across the largest object.
     min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
     """
     if len(seen) == 0:
@@ -104,32 +119,42 @@ def map_tables(
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
     for height, top in sorted(found, key=lambda top: top[0]):
         # The top of what stands on a table is none.
-        if not any(np.mean(lower[top]) > 0.5 for _, lower in tops):
+        if not stands_on_any(top, [lower for _, lower in tops]):
             tops.append((height, top))
     all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
     highest = ground.highest(cells, heights)
     n_points = ground.count(cells[heights > 0.10])
-    tables = []
+    tables: list[Table] = []
+    seats: list[Mask] = []
     for height, top in tops:
-        is_part = _is_upholstered_or_full(ground, height, top, cells, heights)
-        is_thing = not is_part and _is_box(ground, height, top, cells, heights)
-        tables.append(_table(ground, height, top, carries_objects=not is_part, is_thing=is_thing))
+        is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
+        rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
+        view = TopView(
+            height,
+            top,
+            highest,
+            ground.count(cells[is_side]),
+            ground.count(cells[rises]),
+            n_points,
+            ground.count(cells) > 0,
+        )
+        kind = view.kind(max_size, seats)
+        if kind is Kind.FURNITURE:
+            seats.append(top)
+        tables.append(_table(ground, height, top, kind))
     bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
     rest = [
-        _table(ground, float(np.median(highest[piece])), piece, carries_objects=False)
-        for piece in bulky
+        _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky
     ]
     return (*tables, *rest)
 
 
-def _table(
-    ground: Ground, height: float, top: Mask, *, carries_objects: bool, is_thing: bool = False
-) -> Table:
+def _table(ground: Ground, height: float, top: Mask, kind: Kind) -> Table:
     """Return a table with the map of its surroundings."""
     rows, columns = np.nonzero(grown(top, 0.5))
     window = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
     low = ground.low + CELL * np.array([columns.min(), rows.min()])
-    return Table(height, ground.axes, low, inset(top[window]), carries_objects, is_thing)
+    return Table(height, ground.axes, low, inset(top[window]), kind)
 
 
 def level_surface(points: Points, up: Array, noise: float) -> Array:
@@ -162,11 +187,11 @@ def _tops(
     *,
     step: float = 0.02,
 ) -> list[tuple[float, Mask]]:
-    """Return height and (rows, columns) extent of the large level surfaces.
+    """Return height and (rows, columns) extent of the level surfaces.
 
     xyz, heights: (n, 3) and (n,) of level surfaces. step: metres between layers.
     """
-    is_elevated = (heights > MIN_TABLE_HEIGHT) & (heights < MAX_TABLE_HEIGHT)
+    is_elevated = (heights > MIN_HEIGHT) & (heights < MAX_HEIGHT)
     cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
     n_places = ground.shape[0] * ground.shape[1]
     found: list[tuple[float, Mask]] = []
@@ -182,66 +207,9 @@ def _tops(
         for piece in pieces(closed(layer, 0.12)):
             if area(piece) >= min_area and diagonal(piece) >= min_diagonal:
                 height = float(np.median(heights[near][piece.ravel()[cells[near]]]))
-                # What stands on a table hides some of it, and casts a shadow.
-                found.append((height, closed(piece, 0.25)))
+                found.append((height, closed(piece, WIDEST_GAP)))
         cells, heights = cells[~near], heights[~near]
     return found
-
-
-def _is_upholstered_or_full(
-    ground: Ground,
-    height: float,
-    top: Mask,
-    cells: Array,
-    heights: Array,
-    *,
-    max_seat_height: float = 0.62,
-    min_bed_area: float = 1.5,
-    min_enclosed: float = 0.3,
-    min_filled: float = 0.65,
-) -> bool:
-    """Tell a sofa or a bed, low and wide or with a back and arms, and a full shelf.
-
-    cells, heights: (n,) of all surfaces.
-    min_enclosed: share of the edge along which something a little higher runs; a wall, which
-        is higher still, does not count. min_filled: share of the top with something over it.
-    """
-    over = cells[(heights > height + 0.05) & (heights < height + 0.45)]
-    if np.mean(ground.count(over)[top] > 0) > min_filled:
-        return True
-    if height > max_seat_height or area(top) > min_bed_area:
-        return height <= max_seat_height
-    highest = ground.highest(cells, heights)
-    inside = inset(top)
-    # Things on a table stand inside its outline, and only here and there along it.
-    is_rim = (inside > -0.14) & (inside <= 0)
-    rises = is_rim & (highest > height + 0.08) & (highest < 1.2)
-    is_edge = (inside > 0) & (inside <= CELL)
-    return float(np.mean(grown(rises, CELL)[is_edge])) > min_enclosed
-
-
-def _is_box(
-    ground: Ground,
-    height: float,
-    top: Mask,
-    cells: Array,
-    heights: Array,
-    *,
-    max_height: float = 0.55,
-    max_diagonal: float = 0.9,
-    min_closed: float = 0.7,
-) -> bool:
-    """Tell a low box, such as a pouf, from a coffee table, which has legs and is seen through.
-
-    cells, heights: (n,) of all surfaces. min_closed: share of the edge with a side below it.
-    """
-    if height > max_height or diagonal(top) > max_diagonal:
-        return False
-    inside = inset(top)
-    is_rim, is_edge = np.abs(inside) < 0.1, (inside > 0) & (inside <= CELL)
-    is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
-    sides = is_rim & (ground.count(cells[is_side]) > 0)
-    return float(np.mean(grown(sides, CELL)[is_edge])) > min_closed
 
 
 def _bulky_pieces(

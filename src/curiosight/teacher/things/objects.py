@@ -102,7 +102,7 @@ def divide(free: Mask, bodies: Bodies, around: Surroundings) -> Array:
     """(h, w) int8: the place in `supports` of what each free point is over, -1 = of nothing."""
     carrier, free = np.full(free.shape, -1, np.int8), free.copy()
     for place, support in reversed(list(enumerate(around.supports))):
-        if support.carries_objects:
+        if support.kind.carries_objects:
             _take_over(free, bodies, support, place, around, carrier)
     return carrier
 

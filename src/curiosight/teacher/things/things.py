@@ -19,6 +19,8 @@ Array = npt.NDArray[Any]
 APART = 1000.0
 # What covers fewer pixels than this is noise, not a part of a thing.
 MIN_PART_PX = 60
+# Share of a thing's points that are low enough for it to stand; what a part needs is enough.
+MIN_FOOT_SHARE = 0.02
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
 MAX_ASIDE = 0.7
 # Share of its points at the border of the image by which that cuts a thing: fewer are stray.
@@ -60,7 +62,7 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     support = carrier.take(parts.members[parts.start[:-1]])
     places = places_over(parts, support, around)
     boxes = parts.ends(places, [(axis, 0.02) for axis in range(3)])
-    hovers = boxes[:, 2, 0] > _reach_of_foot(parts, places, support, around)
+    hovers = ~are_standing(parts, places, support, around)
     hovers &= parts.hidden_shares(points.depth) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & (parts.boxes(around.border)[1] <= MAX_AT_BORDER * parts.sizes)
@@ -154,18 +156,18 @@ def measure_things(
 
 
 def are_standing(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) bool: reach down to their supports; the arguments as in `measure_things`."""
-    lowest = groups.ends(places, [(2, 0.02)])[:, 0, 0]
-    stands: Array = lowest <= _reach_of_foot(groups, places, support, around)
-    return stands
+    """(n_groups,) bool: have a foot on their support, of which thin legs are a small share.
 
-
-def _reach_of_foot(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) metres over a support up to which what begins there stands on it."""
+    The arguments are as in `measure_things`.
+    """
     mean_depth = np.add.reduceat(places[:, 3], groups.start[:-1]) / groups.sizes
     slab = np.array([s.settings.slab for s in around.supports]).take(support)
-    reach: Array = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
-    return reach
+    reach = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
+    is_low = places[:, 2] <= np.repeat(reach, groups.sizes)
+    n_low = np.add.reduceat(is_low, groups.start[:-1], dtype=np.int64)
+    n_least = np.minimum(MIN_FOOT_SHARE * groups.sizes, MIN_PART_PX / around.points.stride**2)
+    stands: Array = n_low > n_least
+    return stands
 
 
 def places_over(groups: Groups, support: Array, around: Surroundings) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.teacher.cloud.planes import Mask
+from curiosight.teacher.cloud.planes import Mask, horizontal_axes
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.supports.supports import Support
@@ -19,6 +19,10 @@ from curiosight.teacher.things.things import Thing
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+
+
+# Share of a thing that is straight above or below a surface which is its own.
+MIN_UNDER_LID = 0.3
 
 
 class Verdict(Enum):
@@ -65,7 +69,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.CUT
     if hypot(*thing.size) < limits.min_size:
         return Verdict.SMALL
-    if hypot(*thing.size) > limits.max_size or hypot(*thing.size[:2]) > limits.max_width:
+    if not _fits(thing, around):
         return Verdict.LARGE
     if _is_sparse(thing, around.points):
         return Verdict.SPARSE
@@ -85,6 +89,38 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     if thing.top < least * (limits.slab + settings.noise * thing.distance**2):
         return Verdict.FLAT
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
+
+
+def _fits(thing: Thing, around: Surroundings, *, n_headings: int = 9) -> bool:
+    """Tell whether the smallest upright box around a thing is no larger than objects are.
+
+    What is wider than objects mostly are must be known to carry nothing. The camera's axes are
+    tried first, then others.
+    """
+    support = around.supports[thing.support]
+    limits, height = support.settings, thing.size[2]
+    most = limits.max_width
+    if any(_share_in(lid, thing) > MIN_UNDER_LID for lid in around.lids):
+        most = limits.max_size
+
+    def is_in_size(width: float, length: float) -> bool:
+        across = hypot(width, length)
+        return across <= most and hypot(across, height) <= limits.max_size
+
+    if is_in_size(*thing.size[:2]):
+        return True
+    # The box around a thing that is turned by 45 degrees is at most so much larger.
+    if hypot(*thing.size[:2]) > np.sqrt(2) * most:
+        return False
+    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
+    places = around.points.xyz_at(thing.members) @ axes
+    for heading in np.pi / 2 * np.arange(1, n_headings) / n_headings:
+        cos, sin = np.cos(heading), np.sin(heading)
+        turned = places @ np.array([[cos, -sin], [sin, cos]], np.float32)
+        width, length = (float(np.ptp(ends(along, 0.02))) for along in turned.T)
+        if is_in_size(width, length):
+            return True
+    return False
 
 
 def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
@@ -156,7 +192,7 @@ def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
     if support.is_table or table.extent is None or table.skirt is None:
         return False
     share = _share_in(table.skirt, thing)
-    if not table.carries_objects:
+    if not table.kind.carries_objects:
         return share > 0.7 or _share_in(table.extent, thing) > 0.03
     if share <= 0.2:
         return False

@@ -32,6 +32,7 @@ class Surroundings:
     supports: lowest first. border: (h, w) bool, what no object may touch.
     kinds: (h, w) uint8, what a point is on, see `Supports`. is_wall: (h, w) bool, within the range.
     free: (h, w) bool, within the range and on neither.
+    lids: see `Supports`.
     """
 
     points: Points
@@ -42,6 +43,7 @@ class Surroundings:
     kinds: Array
     is_wall: Mask
     free: Mask
+    lids: Sequence[Mask] = ()
 
     @cached_property
     def faces(self) -> Faces:
@@ -87,6 +89,7 @@ def find_surroundings(supports: Supports, known: Iterable[Wall] = ()) -> Surroun
         supports.kinds,
         is_wall,
         free & ~is_wall,
+        supports.lids,
     )
 
 

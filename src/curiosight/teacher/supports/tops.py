@@ -1,0 +1,180 @@
+"""Support or thing: what a level surface over the floor belongs to.
+
+The paper's definition (sec. II-A): what stands free on the floor and is no larger than objects are
+is an object, unless it carries some. Three things are looked at from above: what rises from the
+surface, how wide all is that it belongs to, and how much of its surroundings was seen. What rises
+inside its outline and ends there stands on it; what rises along its edge and goes on beyond is its
+own back or arm. Where neither is told, it is doubtful: what seems to stand on it counts as such,
+but the surface itself teaches nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.teacher.supports.ground import (
+    CELL,
+    Mask,
+    area,
+    closed,
+    diagonal,
+    grown,
+    inset,
+    pieces,
+)
+
+Array = npt.NDArray[Any]
+
+# Heights of tops over the floor, metres.
+MIN_HEIGHT, MAX_HEIGHT = 0.2, 1.3
+# What rises so many metres over a top stands on it or is its own; what is higher than the last
+# over the floor is a wall.
+MIN_RISE, MAX_RISE, WALL_HEIGHT = 0.05, 0.5, 1.3
+# Share of a thing that is inside the outline of what it stands on, and its least area in m².
+MIN_INSIDE, MIN_STANDING = 0.7, 3 * CELL**2
+# Share of the way from the edge to the middle of a top.
+MIDDLE = 0.6
+# What is lower than this is sat or lain on if its sides rise along so much of its edge, if it is
+# so large (m²), or, at any height, if so much of it is covered: a shelf.
+MAX_SEAT_HEIGHT, MIN_ENCLOSED, MIN_BED_AREA, MAX_COVERED = 0.62, 0.3, 1.5, 0.65
+# Metres between a seat and its arm.
+JOINT = 0.12
+# Share of a container's edge with a side below, and of its top that one sees into.
+MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
+# Share of the surroundings that was seen of what is known to stand free.
+MIN_SEEN_AROUND = 0.6
+# Metres by which noise and cells make things wider; each frame tells it better.
+BLUR = 0.10
+# Metres across a surface that is smaller is never taught as not salient: it may be a lid.
+MIN_SURE = 0.7
+# Where it is so high, in metres, it is no stool either, but a sill, a shelf's board, a back.
+MAX_SMALL_HEIGHT = 0.8
+
+
+# What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
+WIDEST_GAP = 0.25
+
+
+def stands_on_any(top: Mask, lower: list[Mask]) -> bool:
+    """Tell whether a level surface lies over lower ones: it belongs to what stands on them."""
+    return any(np.mean(one[top]) > 0.5 for one in lower)
+
+
+class Kind(Enum):
+    """What a level surface over the floor is.
+
+    TABLE: carries things, or is larger than they are. FURNITURE: larger too, but what is on it is
+    part of it. DOUBTFUL: may be either, or an object. THING: the top of an object.
+    """
+
+    TABLE = "table"
+    FURNITURE = "seat, bed or shelf"
+    DOUBTFUL = "support or thing"
+    THING = "thing"
+
+    @property
+    def carries_objects(self) -> bool:
+        """Tell whether what is on it may be an object."""
+        return self in (Kind.TABLE, Kind.DOUBTFUL)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TopView:
+    """A level surface and what is around it, seen from above, on cells of side CELL.
+
+    height: metres over the floor. top: (rows, columns) bool, its extent.
+    highest: the highest point of each cell, metres over the floor; -inf = none.
+    n_sides: how many points of each cell are at the middle of its height over the floor.
+    n_rising: how many points of each cell are over the surface, see MIN_RISE.
+    n_over_floor: how many are over the floor.
+    is_seen: bool, any.
+    """
+
+    height: float
+    top: Mask
+    highest: Array
+    n_sides: Array
+    n_rising: Array
+    n_over_floor: Array
+    is_seen: Mask
+
+    def kind(self, max_size: float, seats: list[Mask]) -> Kind:
+        """Return what the surface is.
+
+        max_size: metres across the largest object. seats: what is known as furniture: what
+        joins one and carries nothing is its arm or back.
+        """
+        standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
+        if is_small and (self.height > MAX_SMALL_HEIGHT or self._is_container()):
+            return Kind.THING
+        rests = self._is_rested_on(standing)
+        if standing and not rests:
+            return Kind.DOUBTFUL if is_small else Kind.TABLE
+        rests |= any((grown(self.top, JOINT) & seat).any() for seat in seats)
+        if np.hypot(diagonal(self.top), self.height) > max_size:
+            return Kind.FURNITURE if rests else Kind.TABLE
+        body = self.body()
+        highest = float(np.max(self.highest[body], initial=self.height))
+        is_in_size = np.hypot(diagonal(body), highest) <= max_size + BLUR
+        if is_small or (is_in_size and self._share_seen_around(body) >= MIN_SEEN_AROUND):
+            return Kind.THING
+        return Kind.FURNITURE if rests else Kind.DOUBTFUL
+
+    def standing(self) -> list[Mask]:
+        """Return what stands on the surface: what rises inside its outline and ends there.
+
+        The back of a chair does so too, but along much of the edge, and on a small seat away from
+        the middle.
+        """
+        inside, depth = grown(self.top, CELL), inset(self.top)
+        least = MIDDLE * np.max(depth) if diagonal(self.top) < MIN_SURE else -np.inf
+        rising = (self.n_rising > 1) & grown(self.top, 0.2)
+        return [
+            piece
+            for piece in pieces(rising)
+            if area(piece) >= MIN_STANDING
+            and np.mean(inside[piece]) >= MIN_INSIDE
+            and np.max(depth[piece]) >= least
+            and self._share_along_edge(piece) <= MIN_ENCLOSED
+        ]
+
+    def body(self) -> Mask:
+        """Return the extent of all that the surface belongs to, walls left out."""
+        is_wall = grown(self.highest >= WALL_HEIGHT, 0.12)
+        is_body = ((self.n_over_floor > 1) & ~is_wall) | self.top
+        return np.any([p for p in pieces(is_body) if (p & self.top).any()], axis=0)
+
+    def _is_rested_on(self, standing: list[Mask]) -> bool:
+        """Tell a seat, a bed or a full shelf: what is on it is part of it, but what stands."""
+        is_own = np.isfinite(self.highest)
+        for piece in standing:
+            is_own &= ~piece
+        if np.mean((is_own & (self.n_rising > 0))[self.top]) > MAX_COVERED:
+            return True
+        if self.height > MAX_SEAT_HEIGHT or area(self.top) > MIN_BED_AREA:
+            return self.height <= MAX_SEAT_HEIGHT
+        rises = is_own & (self.highest > self.height + 0.08) & (self.highest < WALL_HEIGHT)
+        return self._share_along_edge(rises) > MIN_ENCLOSED
+
+    def _is_container(self) -> bool:
+        """Tell a bin from a stool: it has sides all around, and one sees into it, or it is full."""
+        if self._share_along_edge(self.n_sides > 0) < MIN_CLOSED:
+            return False
+        is_hollow = self.highest[self.top] < self.height - MIN_RISE
+        is_covered = self.n_rising[self.top] > 0
+        return bool(np.mean(is_hollow) > MIN_HOLLOW or np.mean(is_covered) > MAX_COVERED)
+
+    def _share_along_edge(self, cells: Mask) -> float:
+        """Return along which share of the edge some cells run, on it or close outside."""
+        inside = inset(self.top)
+        near = cells & (inside > -0.14) & (inside <= CELL)
+        return float(np.mean(grown(near, CELL)[(inside > 0) & (inside <= CELL)]))
+
+    def _share_seen_around(self, body: Mask) -> float:
+        ring = grown(body, 0.12) & ~body
+        return float(np.mean(closed(self.is_seen, 0.04)[ring])) if ring.any() else 0.0
