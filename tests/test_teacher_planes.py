@@ -30,6 +30,7 @@ from curiosight.teacher.cloud.up import (
     _sum_facing,
     _take_between,
     _vote,
+    across,
     up_from_normals,
     ups_from_normals,
 )
