@@ -5,7 +5,7 @@
 SOURCE: a folder, or rooms such as room:21 or room:21,sensor=lidar. A room is rendered anew at each
 size, its sensor with it. A recording's images are resampled: smaller ones hold every so many
 pixels, larger ones each reading many times, as depth does that was brought to colour's size.
-Prints a table and adds it to benchmarks/results/sizes.json under the name of the program.
+Prints a table; with --name it is added to benchmarks/results/sizes.json.
 """
 
 from __future__ import annotations
@@ -169,7 +169,8 @@ def main() -> None:
         print(f"{size:10}", *(f"{name} {figure}" for name, figure in figures.items()), flush=True)
     if arguments.name:
         kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-        kept[arguments.name] = {"sources": arguments.sources, "sizes": table}
+        names = [source.rstrip("/").rsplit("/", 1)[-1] for source in arguments.sources]
+        kept[arguments.name] = {"sources": names, "sizes": table}
         RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
 
 
