@@ -48,8 +48,6 @@ JOINT = 0.12
 MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 # Share of the surroundings that was seen of what is known to stand free.
 MIN_SEEN_AROUND = 0.6
-# Metres by which noise and cells make things wider; each frame tells it better.
-BLUR = 0.10
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
 # Where it is so high, in metres, it is no stool either, but a sill, a shelf's board, a back.
@@ -93,6 +91,7 @@ class TopView:
     n_rising: how many points of each cell are over the surface, see MIN_RISE.
     n_over_floor: how many are over the floor.
     is_seen: bool, any.
+    blur: metres by which noise makes things wider on the cells.
     """
 
     height: float
@@ -102,6 +101,7 @@ class TopView:
     n_rising: Array
     n_over_floor: Array
     is_seen: Mask
+    blur: float = 0.0
 
     def kind(self, max_size: float, seats: list[Mask]) -> Kind:
         """Return what the surface is.
@@ -120,7 +120,7 @@ class TopView:
             return Kind.FURNITURE if rests else Kind.TABLE
         body = self.body()
         highest = float(np.max(self.highest[body], initial=self.height))
-        is_in_size = np.hypot(diagonal(body), highest) <= max_size + BLUR
+        is_in_size = np.hypot(diagonal(body), highest) <= max_size + self.blur
         if is_small or (is_in_size and self._share_seen_around(body) >= MIN_SEEN_AROUND):
             return Kind.THING
         return Kind.FURNITURE if rests else Kind.DOUBTFUL
