@@ -161,7 +161,9 @@ def _load(piece: Placed, rng: np.random.Generator) -> list[Thing]:
         pose: Pose = standing(*rng.uniform(low, high), 0.0, rng.uniform(-np.pi, np.pi))
         corners = np.array(mesh.moved(pose).bounds)[:, :2]
         is_in = (corners[0] > low - 0.02).all() and (corners[1] < high + 0.02).all()
-        is_free = all((corners[0] > t[1] + 0.05).any() | (corners[1] < t[0] - 0.05).any() for t in taken)
+        is_free = all(
+            (corners[0] > t[1] + 0.05).any() | (corners[1] < t[0] - 0.05).any() for t in taken
+        )
         if is_in and is_free:
             taken.append(corners)
             things.append(Thing(kind, mesh, False, T_room_top @ pose))
@@ -241,7 +243,9 @@ def main() -> None:
                 sheets=arguments.sheets,
             )
             total, on_piece = total + counts, on_piece + pixels
-        shares = {name: "–" if share is None else f"{share:.3f}" for name, share in total.shares().items()}
+        shares = {
+            name: "–" if share is None else f"{share:.3f}" for name, share in total.shares().items()
+        }
         recognised = f"{on_piece[1] / on_piece[0]:.3f}" if on_piece[0] else "–"
         print(
             f"{kind:20} precision {shares['precision']}  recall {shares['recall']}  "

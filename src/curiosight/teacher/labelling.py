@@ -26,7 +26,8 @@ def label_pixels(things: Things, depth: Depth) -> Segmentation:
     """Return what is salient, what is not, and what is unknown.
 
     Objects are salient, supports and walls are not; a doubtful support is unknown, and what an
-    object encloses, which may be its bottom. What has no reading or lies beyond the range is unavailable.
+    object encloses, which may be its bottom. What has no reading or lies beyond the range is
+    unavailable.
 
     depth: (H, W) metres, the image that the points are of.
     """

@@ -19,7 +19,11 @@ Array = npt.NDArray[Any]
 
 # What a point can be on, in the order in which one tells more than another.
 NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE, ON_DOUBTFUL = range(5)
-ON = {Kind.TABLE: ON_TABLE, Kind.FURNITURE: ON_FURNITURE, Kind.DOUBTFUL: ON_DOUBTFUL}
+ON: dict[Kind, int] = {
+    Kind.TABLE: ON_TABLE,
+    Kind.FURNITURE: ON_FURNITURE,
+    Kind.DOUBTFUL: ON_DOUBTFUL,
+}
 
 
 def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Array:
