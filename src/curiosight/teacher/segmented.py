@@ -19,7 +19,7 @@ DOUBTED = "in an object: enclosed by it, or denied by other views"
 UNDER_TABLE, TOLD_NOTHING = "under a table", "the frame tells nothing"
 WALL, SALIENT = "wall", "object"
 # What a level surface over the floor is called.
-FOUND_AS = {kind: kind.value for kind in Kind if kind is not Kind.THING}
+FOUND_AS: dict[Kind, str] = {kind: kind.value for kind in Kind if kind is not Kind.THING}
 # Codes of `Segmentation.reasons`.
 _REJECTED = [verdict.value for verdict in Verdict if verdict is not Verdict.OBJECT]
 _FOUND = [FLOOR, *FOUND_AS.values(), WALL, SALIENT, UNDER_TABLE, TOLD_NOTHING]
