@@ -170,7 +170,7 @@ def test_bad_box_file_is_named(tmp_path: Path, content: str) -> None:
 
 
 def test_sources_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="expected depth, masks:FOLDER or boxes:FILE, got 'cnn'"):
+    with pytest.raises(ValueError, match="masks:FOLDER or boxes:FILE, got 'cnn'"):
         open_teacher("cnn")
     with pytest.raises(DataError, match="has no mask"):
         open_teacher(f"masks:{tmp_path}")
@@ -196,4 +196,4 @@ def test_another_teacher_is_one_line(
     room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = refusal(capsys, "learn", room, "--teacher", "cnn", "--out", tmp_path / "x")
-    assert "expected depth, masks:FOLDER or boxes:FILE, got 'cnn'" in line
+    assert "expected depth, depth+masks:FOLDER, masks:FOLDER or boxes:FILE, got 'cnn'" in line

@@ -31,9 +31,9 @@ STAIRS = (
     {"walls"},
     {"things"},
     {"segmented"},
-    {"labelling", "confidence", "turning"},
+    {"labelling", "mask_edges", "confidence", "turning", "resizing"},
     {"teacher", "paper"},
-    {"memory", "given"},
+    {"memory", "given", "depth_and_masks"},
 )
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 MAX_ROOMS, MAX_ARROWS = 20, 90

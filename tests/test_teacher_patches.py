@@ -27,7 +27,7 @@ from curiosight.teacher.things.meetings import (
     _walk,
 )
 from curiosight.teacher.things.patches import (
-    CORE,
+    CORE_PX,
     _core,
     _grow,
     _link,
@@ -221,11 +221,11 @@ def test_core_is_the_middle_of_squares_of_one_number(seed: int) -> None:
     smooth = rng.integers(-1, 2, (2, 2)).repeat(7, axis=0).repeat(9, axis=1).astype(np.int32)
     smooth[rng.integers(0, SHAPE[0]), rng.integers(0, SHAPE[1])] = 5
     expected = np.zeros(SHAPE, np.bool_)
-    half = CORE // 2
+    half = 2
     for v, u in product(range(half, SHAPE[0] - half), range(half, SHAPE[1] - half)):
         square = smooth[v - half : v + half + 1, u - half : u + half + 1]
         expected[v, u] = smooth[v, u] >= 0 and (square == smooth[v, u]).all()
-    np.testing.assert_array_equal(_core(smooth), expected)
+    np.testing.assert_array_equal(_core(smooth, half), expected)
 
 
 @settings(max_examples=30, deadline=None)
@@ -246,7 +246,7 @@ def test_patches_are_sets_with_enough_points_and_a_core(seed: int) -> None:
         if np.count_nonzero(is_one) >= 5 and core[is_one].any():
             n_whole += 1
             expected[is_one] = n_whole
-    _number_whole(smooth, core, 5, patch)
+    _number_whole(smooth, core, SIZE, 5, patch)
     np.testing.assert_array_equal(patch, expected)
 
 
@@ -411,9 +411,10 @@ def test_patches_end_at_a_crease_and_have_its_edges() -> None:
 def test_patches_do_not_depend_on_how_much_is_looked_at() -> None:
     points = bent_sheet(0.0)
     strip = np.zeros(points.depth.shape, np.int32)
-    strip[:, : CORE - 1] = 1
+    core = 1 + 2 * points.steps(CORE_PX)
+    strip[:, : core - 1] = 1
     assert not find_patches(strip, points, 0.0035).any()
-    strip[:, :CORE] = 1
+    strip[:, :core] = 1
     assert find_patches(strip, points, 0.0035).sum() == np.count_nonzero(strip)
 
 

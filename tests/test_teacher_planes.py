@@ -27,10 +27,10 @@ from curiosight.teacher.cloud.planes import (
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
-    _across,
     _sum_facing,
     _take_between,
     _vote,
+    across,
     up_from_normals,
     ups_from_normals,
 )
@@ -245,8 +245,8 @@ def test_normals_are_summed_around_a_direction_and_counted_per_cell() -> None:
     some, area_of_some = _take_between(normals, area, up, -0.2, 0.6)
     np.testing.assert_array_equal(some, normals[is_between])
     np.testing.assert_array_equal(area_of_some, area[is_between])
-    across = np.cross(up_at(25), up_at(60))
-    np.testing.assert_allclose(_across(up_at(25), up_at(60)), across / np.linalg.norm(across))
+    normal = np.cross(up_at(25), up_at(60))
+    np.testing.assert_allclose(across(up_at(25), up_at(60)), normal / np.linalg.norm(normal))
 
 
 @given(arrays(np.float64, 3, elements=st.floats(-1, 1)).filter(lambda a: np.linalg.norm(a) > 0.1))

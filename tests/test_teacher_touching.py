@@ -359,10 +359,10 @@ def test_patches_around_a_hollow_are_one_and_what_stands_in_it_another() -> None
     hollows = hollows_in(thing, thing == 0, LEVEL)
     assert np.count_nonzero(hollows == 1) == 32
     parent = np.arange(3)
-    _join_around(hollows, thing, patch, parent)
+    _join_around(hollows, thing, patch, parent, reach=2)
     assert number_sets(parent).tolist() == [0, 0, 1]
     parent = np.arange(3)
-    _join_around(np.zeros_like(hollows), thing, patch, parent)
+    _join_around(np.zeros_like(hollows), thing, patch, parent, reach=2)
     assert number_sets(parent).tolist() == [0, 1, 2]
 
 

@@ -227,7 +227,8 @@ def test_camera_that_travels_far_has_maps_of_places() -> None:
         pose[:3, 3] += [15.0 * number, 12.0 * number, 0]
         travelled.append(replace(frame, T_world_camera=pose))
     survey = survey_recording(travelled)
-    assert survey.floor_height == pytest.approx(0, abs=0.03)
+    # Over the 100 metres to the middle a twentieth of a degree is this much.
+    assert survey.floor_height == pytest.approx(0, abs=0.09)
     assert max((table.inset.size for table in survey.tables), default=0) < 100_000
 
 

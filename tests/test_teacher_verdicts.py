@@ -8,7 +8,7 @@ import pytest
 from scipy import ndimage
 
 from curiosight.teacher.things.objects import _measure_extents
-from curiosight.teacher.things.things import APART, _places_over
+from curiosight.teacher.things.things import APART, _take_over
 from curiosight.teacher.things.verdicts import _count_in, _mean_cosine, _turns_corner
 
 SHAPE, SEED = (30, 40), 8
@@ -80,10 +80,10 @@ def test_extents_are_windows_and_counts_of_the_numbers() -> None:
     assert not extents[3].any()
 
 
-def test_places_over_some_supports_are_taken_and_moved_apart() -> None:
+def test_take_over_some_supports_are_taken_and_moved_apart() -> None:
     rng = np.random.default_rng(SEED)
     carrier, xyz = rng.integers(-1, 3, 200).astype(np.int8), rng.random((200, 3), np.float32)
-    where, places = _places_over(
+    where, places = _take_over(
         np.flatnonzero(carrier >= 0), carrier, np.array([True, False, True]), xyz
     )
     expected = np.flatnonzero((carrier == 0) | (carrier == 2))

@@ -26,7 +26,7 @@ PRESETS: tuple[Preset, ...] = get_args(Preset)
 class TeacherConfig:
     """What the teacher takes a recording for, after a look at some of its frames.
 
-    source: what labels the frames: "depth", "masks:FOLDER" or "boxes:FILE", see `teachers`.
+    source: what labels the frames: "depth", "depth+masks:FOLDER", "masks:FOLDER" or "boxes:FILE".
     pipeline: how depth labels them: "paper" is `PaperTeacher`, set by [paper_segmentation];
         "default" is `Teacher`, set by [segmentation].
     up: to which side of the image up points; "towards" the camera where it looks straight down,
@@ -46,6 +46,12 @@ class TeacherConfig:
         _check_least("n_survey_frames", self.n_survey_frames, 1)
         if self.temporal and self.pipeline == "paper":
             raise ValueError("temporal: expected false with the pipeline 'paper', got true")
+
+    @property
+    def is_depth(self) -> bool:
+        """Tell whether depth says what an object is, with masks or without."""
+        kind, _, folder = self.source.partition(":")
+        return self.source == "depth" or (kind == "depth+masks" and bool(folder))
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,7 +72,8 @@ Up = Annotated[
 Teacher = Annotated[
     str | None,
     typer.Option(
-        help="What labels the frames: depth, masks:FOLDER (<id>.png: 255 salient, 0 not, 125 "
+        help="What labels the frames: depth, depth+masks:FOLDER (<id>.png of a segmenter, a number "
+        "an instance, tell where objects end), masks:FOLDER (<id>.png: 255 salient, 0 not, 125 "
         "unknown) or boxes:FILE (a detector's, COCO JSON).",
         callback=absolute_source,
         rich_help_panel=SETTINGS,

@@ -24,6 +24,7 @@ from curiosight.teacher import (
     TemporalTeacher,
     survey_recording,
 )
+from curiosight.teacher.depth_and_masks import InstanceMasks
 from curiosight.teacher.given import open_teacher
 from curiosight.teacher.memory.gravity import UP_OF_MOUNT
 from curiosight.teacher.turning import TurnedTeacher, turns_upright
@@ -43,27 +44,31 @@ def survey_dataset(config: Config, dataset: Dataset) -> Survey:
 def make_teacher(
     config: Config, dataset: Dataset, survey: Survey | None = None, *, temporal: bool = False
 ) -> Teaches:
-    """Return what labels a recording's frames: depth, or the masks or boxes that settings name.
+    """Return what labels a recording's frames: depth, masks, both, or boxes, as settings say.
 
     survey: of the recording; None = it is made, see `survey_dataset`.
     temporal: the teacher remembers what it sees, and has seen the frames of the survey. Only
         `Teacher` can; raises `ValueError` for another.
     """
     source, pipeline = config.teacher.source, config.teacher.pipeline
-    if temporal and source != "depth":
+    if temporal and not config.teacher.is_depth:
         raise ValueError(f"temporal: expected teacher depth, got {source!r}")
     if temporal and pipeline == "paper":
         raise ValueError("temporal: expected the pipeline 'default', got 'paper'")
-    if source != "depth":
-        is_turned = getattr(dataset, "is_turned", False)
+    is_turned = getattr(dataset, "is_turned", False)
+    if not config.teacher.is_depth:
         return open_teacher(source, dataset.ids, is_turned=is_turned)
+    _, _, folder = source.partition(":")
+    if folder and pipeline == "paper":
+        raise ValueError(f"teacher: expected depth with the pipeline 'paper', got {source!r}")
+    masks = InstanceMasks(Path(folder), dataset.ids, is_turned=is_turned) if folder else None
     frames: Iterable[Frame] = _survey_frames(config, dataset)
     if temporal:
         frames = list(frames)
     survey = survey or survey_frames(config, dataset, frames)
     if pipeline == "paper":
         return _held(PaperTeacher(survey.scene, config.paper_segmentation), config, dataset)
-    teacher = Teacher(survey, config.segmentation)
+    teacher = Teacher(survey, config.segmentation, masks=masks)
     if not temporal:
         return teacher
     remembering = TemporalTeacher(teacher)
@@ -102,7 +107,7 @@ def _survey_frames(config: Config, dataset: Dataset) -> Iterator[Frame]:
     None without depth, where the settings name another teacher; raises as `survey_dataset`.
     """
     if not dataset.has_depth:
-        if config.teacher.source != "depth":
+        if not config.teacher.is_depth:
             return
         raise DataError(
             place(dataset),

@@ -48,7 +48,7 @@ class Evaluation:
     ) -> None:
         self._model = model
         self.learner, self.config = load_learner(model, config, None)
-        has_teacher = dataset.has_depth or config.teacher.source != "depth"
+        has_teacher = dataset.has_depth or not config.teacher.is_depth
         teacher = make_teacher(config, dataset) if has_teacher else None
         self.truth = find_truth(dataset, range(len(dataset)), teacher)
         self.n_learned = count_learned(self.learner, dataset, self.truth.indices)

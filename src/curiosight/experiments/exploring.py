@@ -229,7 +229,7 @@ class Exploration:
     def _note(self, step: Step) -> StepRow:
         """Return the step's row; count what was wrong with its frame."""
         observation = step.observation
-        self.problems.add(observation.frame, observation.segmentation.problem)
+        self.problems.add_told(observation.frame, observation.segmentation)
         self.lessons.add(observation.frame, observation.segmentation)
         self._n_regrown += len(observation.regrown)
         self._odometer.add(step.viewpoint.T_world_camera)

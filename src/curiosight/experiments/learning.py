@@ -97,7 +97,7 @@ class OffLine:
 
     def _sample(self, frame: Frame) -> Samples:
         segmentation = self.learner.segment(frame)
-        self.problems.add(frame, segmentation.problem)
+        self.problems.add_told(frame, segmentation)
         self.lessons.add(frame, segmentation)
         description = self.learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)

@@ -35,10 +35,14 @@ _REMEDIES = {
 
 
 class Problems:
-    """Collect the frames that taught nothing, by what was wrong; each counts once."""
+    """Collect the frames that taught nothing, by what was wrong; each counts once.
+
+    And those that depth alone told of, where masks were to say where objects end.
+    """
 
     def __init__(self) -> None:
         self._frames: dict[str, dict[str, str]] = {}
+        self._by_depth_alone: dict[str, dict[str, None]] = {}
 
     def add(self, frame: Frame, problem: str | None = None) -> None:
         """Take note of a frame where anything is wrong: with its files, or as `problem` says."""
@@ -47,9 +51,17 @@ class Problems:
         elif problem is not None:
             self._frames.setdefault(problem, {})[frame.id] = ""
 
+    def add_told(self, frame: Frame, segmentation: Segmentation) -> None:
+        """Take note of a frame where anything is wrong: as `add`, or as its teacher says."""
+        self.add(frame, segmentation.problem)
+        if frame.problem is None and segmentation.problem is None and segmentation.lacks:
+            self._by_depth_alone.setdefault(segmentation.lacks, {})[frame.id] = None
+
     def counts(self) -> dict[str, int]:
         """Return the number of frames of each problem."""
-        return {problem: len(frames) for problem, frames in sorted(self._frames.items())}
+        counts = {problem: len(frames) for problem, frames in self._frames.items()}
+        counts |= {reason: len(frames) for reason, frames in self._by_depth_alone.items()}
+        return dict(sorted(counts.items()))
 
     def sentences(self, n_frames: int, what: str) -> Iterator[str]:
         """Yield a line for each problem, with its first frame.
@@ -59,6 +71,9 @@ class Problems:
         for problem, frames in sorted(self._frames.items()):
             first, detail = next(iter(frames.items()))
             yield f"{len(frames)} of {n_frames} frames {what}: {problem}, first {first}{detail}"
+        for reason, alone in sorted(self._by_depth_alone.items()):
+            told = f"{len(alone)} of {n_frames} frames are told by depth alone"
+            yield f"{told}: {reason}, first {next(iter(alone))}"
 
 
 class Lessons:

@@ -57,7 +57,7 @@ class Proposing:
                 found = propose(segmentation.instances(), saliency, top=self._top)
                 height, width = frame.rgb.shape[:2]
                 self._proposals[frame.id], self._sizes[frame.id] = found, (height, width)
-                self.problems.add(frame, segmentation.problem)
+                self.problems.add_told(frame, segmentation)
                 yield frame, found
 
     def finish(self, out: OutputFolder) -> dict[str, Any]:

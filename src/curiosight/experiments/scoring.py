@@ -119,7 +119,7 @@ class Scoring:
             instances = self._instance_truth(index)
         except DataError as error:
             frame = replace(frame, problem=frame.problem or f"ground truth: {error.found}")
-        self.problems.add(frame, segmentation.problem)
+        self.problems.add_told(frame, segmentation)
         if frame.problem is not None:
             return False
         assert truth is not None
@@ -131,7 +131,7 @@ class Scoring:
 
     def _instance_truth(self, index: int) -> InstanceTruth | None:
         """Return the true objects, None where they, or the teacher's, are not told apart."""
-        if self._config.teacher.source != "depth" or not isinstance(self._dataset, KnowsInstances):
+        if not (self._config.teacher.is_depth and isinstance(self._dataset, KnowsInstances)):
             return None
         return self._dataset.instance_truth(index)
 

@@ -79,7 +79,7 @@ class Segmenting:
                     self._out.write_image(f"confidence/{frame.id}.png", grey)
                 self._objects[frame.id] = describe_objects(instances, segmentation.objects)
                 self._n_showing.update({support.name for support in segmentation.supports})
-                self.problems.add(frame, segmentation.problem)
+                self.problems.add_told(frame, segmentation)
                 yield frame, segmentation
 
     def finish(self) -> dict[str, Any]:

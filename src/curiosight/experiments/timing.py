@@ -114,7 +114,7 @@ class Timing:
         """Return why no teacher can remember this recording; None = one can."""
         if self.config.teacher.pipeline == "paper":
             return "the paper's teacher has no memory"
-        if self.config.teacher.source != "depth":
+        if not self.config.teacher.is_depth:
             return "only the teacher depth has a memory"
         if all(self._dataset.poses[index] is None for index in self._timed):
             return "the recording has no poses"

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.planes import noise_band
-from curiosight.teacher.cloud.points import Points, observe_points
+from curiosight.teacher.cloud.points import Points, observe_points, scale_of
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.settings import SegmentationSettings
 
 Array = npt.NDArray[Any]
 # Depth rounded to millimetres, and surfaces that are not flat, metres.
 LEAST_NOISE = 0.005
-# A cluster of so many pixels is as likely noise as not.
+# A cluster of so many pixels of a 640x480 image is as likely noise as not.
 DOUBTFUL_PIXELS = 200
 
 
@@ -28,15 +28,16 @@ def measure_confidence(
 
     It is 1 - exp(-m / noise), where m is the distance in metres from the threshold that would
     change the label: for a support or a wall that of its band, for an object how far it rises
-    over its support and stands before the walls. Small objects count less, by n / (n + 200).
-    What is unknown or unavailable has 0.
+    over its support and stands before the walls. Small objects count less, by n / (n + 200), in
+    pixels of a 640x480 image. What is unknown or unavailable has 0.
 
     settings: those of the teacher, for its sensor.
     """
     confidence = np.zeros(frame.rgb.shape[:2], np.float32)
     if frame.depth is None or frame.camera is None or not segmentation.supports:
         return confidence
-    stride = settings.stride_at(frame.camera.width)
+    scale = scale_of(frame.camera)
+    stride = settings.stride_at(scale)
     points = observe_points(frame.depth, frame.camera, stride=stride)
     on, off = _margins(points, segmentation, settings)
     noise = noise_band(points.depth, LEAST_NOISE, settings.noise)
@@ -48,7 +49,7 @@ def measure_confidence(
         confidence[is_labelled] = full[is_labelled]
     n_pixels = np.array([np.inf, *(c.n_pixels for c in segmentation.clusters)])
     is_salient = segmentation.labels == Label.SALIENT
-    of_cluster = 1 / (1 + DOUBTFUL_PIXELS / n_pixels)
+    of_cluster = 1 / (1 + DOUBTFUL_PIXELS * scale**2 / n_pixels)
     confidence[is_salient] *= of_cluster[segmentation.cluster_of_pixel[is_salient]]
     return confidence
 

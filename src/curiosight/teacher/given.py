@@ -66,15 +66,10 @@ class MaskTeacher:
     def __init__(
         self, folder: Path, ids: Sequence[str] | None = None, *, is_turned: bool = False
     ) -> None:
-        files = list(find_all_masks(folder))
-        if not files:
-            endings = ", ".join(MASK_ENDINGS)
-            found = f"has no mask <id>.png (nor {endings})" if folder.is_dir() else "is no folder"
-            raise DataError(folder, found, "name the folder of the masks")
         self.folder = folder
         self._is_turned = is_turned
         self._ids = ids
-        self._file_of = _files_by_frame(folder, files, ids)
+        self._file_of = find_mask_files(folder, ids)
         check_masks(list(self._file_of.values()), is_turned=is_turned)
 
     def segment(self, frame: Frame) -> Segmentation:
@@ -152,7 +147,8 @@ def open_teacher(
     """
     kind, _, path = source.partition(":")
     if kind not in KINDS or not path:
-        raise ValueError(f"teacher: expected depth, masks:FOLDER or boxes:FILE, got {source!r}")
+        expected = "depth, depth+masks:FOLDER, masks:FOLDER or boxes:FILE"
+        raise ValueError(f"teacher: expected {expected}, got {source!r}")
     if kind == "masks":
         return MaskTeacher(Path(path), ids, is_turned=is_turned)
     return BoxTeacher(Path(path), ids)
@@ -168,10 +164,17 @@ def _of_all(known: Sized, ids: Sequence[str] | None) -> str:
     return "" if ids is None else f" (of {len(ids)} frames {len(known)} are named)"
 
 
-def _files_by_frame(
-    folder: Path, files: Sequence[Path], ids: Sequence[str] | None
-) -> dict[str, Path]:
-    """Return the mask of each frame, of two endings the better one."""
+def find_mask_files(folder: Path, ids: Sequence[str] | None) -> dict[str, Path]:
+    """Return the mask of each frame, by id, of two endings the better one.
+
+    ids: of the frames there will be; None = any. Raises `DataError` where the folder holds no
+    mask, or none of a frame.
+    """
+    files = list(find_all_masks(folder))
+    if not files:
+        endings = ", ".join(MASK_ENDINGS)
+        found = f"has no mask <id>.png (nor {endings})" if folder.is_dir() else "is no folder"
+        raise DataError(folder, found, "name the folder of the masks")
     file_of_name = {
         file.relative_to(folder).with_suffix("").as_posix(): file for file in by_ending(files)
     }

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Depth, Label
 from curiosight.teacher.cloud.points import spread
 from curiosight.teacher.segmented import CODE_OF, FOUND_AS, UNDER_TABLE, WALL, Segmentation
@@ -14,9 +15,10 @@ from curiosight.teacher.supports.slab import ON, ON_DOUBTFUL, ON_FLOOR, under_ta
 from curiosight.teacher.supports.supports import FLOOR
 from curiosight.teacher.things.objects import Things
 from curiosight.teacher.things.verdicts import Cluster, Verdict
-from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+NOT_SALIENT, UNKNOWN = np.uint8(Label.NOT_SALIENT), np.uint8(Label.UNKNOWN)
+ON_WALL, BELOW = np.uint8(CODE_OF[WALL]), np.uint8(CODE_OF[UNDER_TABLE])
 CODE_OF_KIND = np.zeros(ON_DOUBTFUL + 1, np.uint8)
 CODE_OF_KIND[ON_FLOOR] = CODE_OF[FLOOR]
 CODE_OF_KIND[[*ON.values()]] = [CODE_OF[FOUND_AS[kind]] for kind in ON]
@@ -32,12 +34,8 @@ def label_pixels(things: Things, depth: Depth) -> Segmentation:
     depth: (H, W) metres, the image that the points are of.
     """
     around = things.around
-    labels = _label_of(things.clusters).take(things.number)
-    labels[(around.is_support & (things.hollows == 0)) | around.is_wall] = Label.NOT_SALIENT
-    labels[around.kinds == ON_DOUBTFUL] = Label.UNKNOWN
     labels, found, number = spread(
-        # One number a point, so that all that is told of it goes to the same pixels.
-        ((things.number + things.hollows) << 16) | (_found(around).astype(np.int32) << 8) | labels,
+        _packed(things),
         around.points.depth,
         depth,
         around.points.stride,
@@ -60,11 +58,48 @@ def _label_of(clusters: list[Cluster]) -> npt.NDArray[np.uint8]:
     return np.where([False, *are_objects], Label.SALIENT, Label.UNKNOWN).astype(np.uint8)
 
 
-def _found(around: Surroundings) -> Array:
-    """(h, w) uint8, what `Segmentation.found` says, on the grid."""
-    found = CODE_OF_KIND.take(around.kinds)
+def _packed(things: Things) -> Array:
+    """(h, w) int32: label, what was found and number of cluster of each point, see `spread`.
+
+    They are one number, so that all that is told of a point goes to the same pixels.
+    """
+    around = things.around
+    packed = np.empty(things.number.shape, np.int32)
     tables = [support for support in around.supports if support.is_table]
-    if tables:
-        found[under_tables(around.points, tables) & (found == 0)] = CODE_OF[UNDER_TABLE]
-    found[around.is_wall] = CODE_OF[WALL]
-    return found
+    _pack(
+        things.number,
+        things.hollows,
+        around.kinds,
+        under_tables(around.points, tables),
+        around.is_wall,
+        _label_of(things.clusters),
+        CODE_OF_KIND,
+        packed,
+    )
+    return packed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _pack(
+    number: Array,
+    hollows: Array,
+    kinds: Array,
+    is_under: Array,
+    is_wall: Array,
+    label_of: Array,
+    code_of: Array,
+    packed: Array,
+) -> None:
+    """Set what `_packed` returns; all are (h, w) but `label_of` numbers and `code_of` kinds."""
+    for v in range(number.shape[0]):
+        for u in range(number.shape[1]):
+            label, code, hollow = label_of[number[v, u]], code_of[kinds[v, u]], hollows[v, u]
+            if is_wall[v, u]:
+                label, code = NOT_SALIENT, ON_WALL
+            elif kinds[v, u] == ON_DOUBTFUL:
+                label = UNKNOWN
+            elif code > 0:
+                label = NOT_SALIENT if hollow == 0 else label
+            elif is_under[v, u]:
+                code = BELOW
+            packed[v, u] = (number[v, u] + hollow) << 16 | np.int32(code) << 8 | label

@@ -39,6 +39,8 @@ class Segmentation:
     problem: why nothing could be said; None = nothing is wrong.
     n_turns: quarter turns, against the clock, after which the image is upright: supports, walls
         and clusters were found in it then.
+    lacks: why masks that were to tell where objects end told nothing of this frame; None = they
+        did, or there are none.
     found: (H, W) uint8, codes of `REASONS`: floor, table, furniture, wall, under a table; 0 = none
         of them. None = not told.
     """
@@ -51,6 +53,7 @@ class Segmentation:
     problem: str | None = None
     n_turns: int = 0
     found: npt.NDArray[np.uint8] | None = None
+    lacks: str | None = None
 
     @classmethod
     def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:

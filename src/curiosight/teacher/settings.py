@@ -63,6 +63,8 @@ TABLE = SupportSettings(
 MIN_NOISE = 0.0005
 # Farther than this times the range set, pixels are too sparse on small things.
 MAX_REACH = 1.5
+# A grid is not coarser than set by more than this, or small images tell too little.
+MAX_COARSER = 1.2
 # What such a sensor sees is worth a finer grid.
 FINE_STRIDE = 2
 
@@ -81,10 +83,11 @@ class SegmentationSettings:
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
     min_table_area, min_table_diagonal: of a level surface (m², metres), to carry things if some
         stand on it, as a stool does: smaller ones are a box's lid. With .25 and .7 only tables do.
-    stride: every so many rows and columns are looked at, of an image with 640 columns; others
-        have about as many on their grid.
-    border_px: width of the image's frame that no object may touch.
-    min_cluster_px: fewer pixels are no cluster.
+    stride: every so many rows and columns are looked at, of a 640x480 image; others have about
+        as many on their grid.
+    border_px: width of the image's frame that no object may touch, in pixels of a 640x480 image.
+    min_cluster_px: fewer pixels of a 640x480 image are no cluster: of others as many as cover as
+        much of the view.
     noise: of inverse depth, 1/m; bands around planes grow by noise·z². A Kinect's disparity
         step is 0.0028.
     follow_sensor: where the recording's sensor is clearly better than `noise` says, bands are
@@ -110,9 +113,13 @@ class SegmentationSettings:
         others = ("floor", "table", "follow_sensor")
         check_positive(self, [name for name in self.__slots__ if name not in others])
 
-    def stride_at(self, width: int) -> int:
-        """Return every how many columns of an image so wide are looked at."""
-        return max(1, round(self.stride * width / 640))
+    def stride_at(self, scale: float) -> int:
+        """Return every how many columns and rows of an image are looked at; scale: its columns
+        for one of a 640x480 image.
+        """
+        usual = self.stride * scale
+        stride = max(1, round(usual))
+        return stride - 1 if stride > max(1, MAX_COARSER * usual) else stride
 
     def for_sensor(self, noise: float | None) -> Self:
         """Return the thresholds for a sensor with this noise of inverse depth, 1/m.

@@ -67,7 +67,9 @@ def coordinates_on(axes: Array, normal: Array, offset: float) -> Array:
     axes: (3, 2) directions on the plane normal·p + offset = 0.
     """
     to_plane = np.zeros((4, 3), np.float32)
-    to_plane[:3, :2], to_plane[:3, 2] = axes, normal
+    for axis in range(3):
+        to_plane[axis, 0], to_plane[axis, 1] = axes[axis, 0], axes[axis, 1]
+        to_plane[axis, 2] = normal[axis]
     to_plane[3, 2] = offset
     return to_plane
 
@@ -145,12 +147,18 @@ def _take_facing(
                     n += 1
     vectors, of_vectors = xyz.reshape(-1, 3), normals.reshape(-1, 3)
     places, facing = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
+    areas, bands, of_area, of_band = (
+        np.empty(n, np.float32),
+        np.empty(n, np.float32),
+        area.ravel(),
+        band.ravel(),
+    )
     for place in range(n):
         here = where[place]
         for axis in range(3):
             places[place, axis], facing[place, axis] = vectors[here, axis], of_vectors[here, axis]
-    where = where[:n]
-    return where, places, facing, area.ravel()[where], band.ravel()[where]
+        areas[place], bands[place] = of_area[here], of_band[here]
+    return where[:n], places, facing, areas, bands
 
 
 def find_supports(
@@ -239,9 +247,11 @@ def _find_peak(heights: Array, area: Array, step: float) -> tuple[float, float]:
     for point in range(len(flat)):
         if flat[point] >= low:
             rows[point & 1, 1 + int((flat[point] - base) / step)] += areas[point]
-    most, peak, sums = -1.0, 0, rows[0] + rows[1]
-    for index in range(1, len(sums) - 1):
-        total = sums[index - 1] + sums[index] + sums[index + 1]
+    most, peak = -1.0, 0
+    for index in range(1, rows.shape[1] - 1):
+        total = 0.0
+        for step_of_three in range(index - 1, index + 2):
+            total += rows[0, step_of_three] + rows[1, step_of_three]
         if total > most:
             most, peak = total, index - 1
     return base + (peak + 0.5) * step, most

@@ -9,6 +9,7 @@ the same everywhere.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,16 @@ from curiosight.frame import Camera, Depth, Pose
 from curiosight.teacher.cloud.local_planes import fit_local_planes
 
 Array = npt.NDArray[Any]
+# What is said in pixels is said of an image with so many, 640x480: of any other it is the same
+# share of the view, and so the same angle.
+USUAL_PIXELS = 640 * 480
+# Every so many rows and columns of such an image are looked at.
+USUAL_STRIDE = 3
+
+
+def scale_of(camera: Camera) -> float:
+    """Return how many columns and rows of an image there are for one of a 640x480 image."""
+    return sqrt(camera.width * camera.height / USUAL_PIXELS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +42,7 @@ class Points:
         unknown (an edge, a hole).
     area: (h, w) float32 square metres that a pixel covers on its surface, 0 without a normal.
     x, y: (w,) and (h,) float32 normalised pixels of the columns and rows: xyz = z (x, y, 1).
+    scale: of the image, see `scale_of`.
     border: (h, w) bool, where the view ends; None = nowhere. pose: (4, 4) `T_world_camera`.
     """
 
@@ -41,8 +53,30 @@ class Points:
     x: Array
     y: Array
     stride: int
+    scale: float = 1.0
     border: npt.NDArray[np.bool_] | None = None
     pose: Pose | None = None
+
+    @property
+    def cell(self) -> float:
+        """Return the pixels of a 640x480 image from one point of the grid to the next."""
+        return self.stride / self.scale
+
+    def steps(self, length_px: float) -> int:
+        """Return how many steps on the grid, at least one, cover pixels of a 640x480 image."""
+        return max(1, round(length_px / self.cell))
+
+    def count(self, area_px: float) -> float:
+        """Return how many points of the grid an area in pixels of a 640x480 image has."""
+        return area_px / self.cell**2
+
+    def evidence(self, area_px: float) -> float:
+        """Return how many points of the grid are enough to tell of something.
+
+        Those of an area in pixels of a 640x480 image; on a coarser grid than that image's as
+        many as there: fewer readings are as likely noise.
+        """
+        return area_px / min(self.cell, USUAL_STRIDE) ** 2
 
     def xyz_at(self, where: Array) -> Array:
         """Return the (n, 3) points at (n,) flat indices of the grid."""
@@ -81,7 +115,7 @@ def observe_points(
     """Back-project depth and fit a local plane around every point.
 
     stride: every so many rows and columns are taken.
-    radius_px: half the window of the fit, in pixels of an image with 640 columns; next to an
+    radius_px: half the window of the fit, in pixels of a 640x480 image; next to an
         edge the window shrinks with the distance to it, and below 1 there is no normal.
     max_bend: a second difference of inverse depth (1/m) that counts as an edge, beside 4 mm of
         depth for rounding; 0.01 is a step of 1 cm at 1 m, 9 cm at 3 m.
@@ -92,9 +126,10 @@ def observe_points(
     z, inverse = np.empty((2, len(y), len(x)), np.float32)
     xyz = np.empty((len(y), len(x), 3), np.float32)
     _back_project(depth, stride, x, y, z, inverse, xyz)
-    radius = max(1, round(radius_px * width / (640 * stride)))
+    scale = scale_of(camera)
+    radius = max(1, round(radius_px * scale / stride))
     normals, area = fit_local_planes(inverse, x, y, radius, max_bend)
-    return Points(xyz, z, normals, area, x, y, stride)
+    return Points(xyz, z, normals, area, x, y, stride, scale)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -44,7 +44,9 @@ def find_ends(pool: Array, n_beyond: int) -> tuple[float, float]:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _keep_extremes(pool: Array, n_beyond: int) -> tuple[float, float]:
     """Return what `find_ends` does, from lists of the least and the greatest, in their order."""
-    least, most = np.full((2, n_beyond + 1), np.float32(np.inf))
+    least, most = np.empty(n_beyond + 1, np.float32), np.empty(n_beyond + 1, np.float32)
+    for place in range(n_beyond + 1):
+        least[place], most[place] = np.inf, np.inf
     # Downwards in the image heights only fall, and each would be put into the list.
     for first in range(STRIDE):
         for place in range(first, len(pool), STRIDE):

@@ -12,8 +12,8 @@ from curiosight.frame import Depth
 from curiosight.teacher.cloud.planes import Plane
 
 Array = npt.NDArray[Any]
-# Every so many pixels of an image are compared with the last one.
-STRIDE = 16
+# So many rows and columns of an image are compared with the last one.
+N_LINES = 30
 
 
 class UpTracker:
@@ -35,15 +35,14 @@ class UpTracker:
         self.max_lost = max_lost
         self._up: Array | None = None
         self._last: Depth | None = None
+        self._shape: tuple[int, ...] = ()
         self._n_lost = 0
 
     def up_in(self, depth: Depth) -> Array | None:
         """Return the (3,) unit vector that is about up in this view; None = not known."""
-        if self._last is None:
+        if self._last is None or depth.shape != self._shape:
             return None
-        now = depth[::STRIDE, ::STRIDE]
-        if now.shape != self._last.shape:
-            return None
+        now = _sparse(depth)
         both = np.isfinite(now) & np.isfinite(self._last)
         same = np.abs(now - self._last)[both] < self.max_change * now[both]
         is_same_view = np.count_nonzero(same) > self.min_same * max(1, len(same))
@@ -52,7 +51,7 @@ class UpTracker:
     def update(self, depth: Depth, levels: Iterable[Plane]) -> None:
         """Learn from a view: the largest of its level planes is the best measured vertical."""
         expected = self.up_in(depth)
-        self._last = depth[::STRIDE, ::STRIDE].copy()
+        self._last, self._shape = _sparse(depth).copy(), depth.shape
         seen = [(np.count_nonzero(plane.inliers), plane.normal) for plane in levels]
         n_seen, normal = max(seen, key=lambda pair: pair[0], default=(0, None))
         if n_seen:
@@ -60,3 +59,9 @@ class UpTracker:
             return
         self._n_lost += 1
         self._up = expected if self._n_lost <= self.max_lost else None
+
+
+def _sparse(depth: Depth) -> Depth:
+    """Return some rows and columns of an image, evenly spaced."""
+    step = max(1, min(depth.shape) // N_LINES)
+    return depth[::step, ::step]

@@ -120,10 +120,13 @@ def _sum_facing(
 def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> Array:
     """Return the centre of the fullest cell (about 4°) of the cone around `prior`."""
     # The axis that is farther away: along the first there may be none.
-    side = _across(prior, np.eye(3)[0 if abs(prior[0]) < 0.9 else 1])
-    axes = np.stack((side, _across(prior, side)))
-    votes = np.zeros((35, 35))
-    _vote(normals, area, (axes / step).astype(np.float32), votes[1:-1, 1:-1])
+    far, votes, axes = np.zeros(3), np.zeros((35, 35)), np.empty((2, 3), np.float32)
+    far[0 if abs(prior[0]) < 0.9 else 1] = 1
+    side = across(prior, far)
+    other = across(prior, side)
+    for axis in range(3):
+        axes[0, axis], axes[1, axis] = side[axis] / step, other[axis] / step
+    _vote(normals, area, axes, votes[1:-1, 1:-1])
     most, x, y = -1.0, 0.0, 0.0
     for row in range(1, 34):
         for column in range(1, 34):
@@ -131,19 +134,30 @@ def _densest(normals: Array, area: Array, prior: Array, step: float = 0.07) -> A
             around = votes[row, column] + beside + votes[row, column - 1] + votes[row, column + 1]
             if around > most:
                 most, x, y = around, (row - 16.5) * step, (column - 16.5) * step
-    up: Array = x * axes[0] + y * axes[1] + np.sqrt(max(0.0, 1 - x * x - y * y)) * prior
-    up /= np.sqrt((up * up).sum())
+    up, ahead = np.empty(3), np.sqrt(max(0.0, 1 - x * x - y * y))
+    for axis in range(3):
+        up[axis] = x * side[axis] + y * other[axis] + ahead * prior[axis]
+    _scale(up)
     return up
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _across(one: Array, other: Array) -> Array:
+def across(one: Array, other: Array) -> Array:
     """Return the (3,) unit vector at right angles to both."""
     x = one[1] * other[2] - one[2] * other[1]
     y = one[2] * other[0] - one[0] * other[2]
     z = one[0] * other[1] - one[1] * other[0]
-    across: Array = np.array([x, y, z]) / np.sqrt(x * x + y * y + z * z)
-    return across
+    found = np.array([x, y, z])
+    _scale(found)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scale(vector: Array) -> None:
+    """Make a (3,) vector one of length 1."""
+    length = np.sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2])
+    for axis in range(3):
+        vector[axis] /= length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 
 from curiosight.frame import Camera, Depth, Pose
 from curiosight.teacher.cloud.outline import Side, cut_by, find_outline
 from curiosight.teacher.cloud.planes import Mask
-from curiosight.teacher.cloud.points import Points, observe_points
+from curiosight.teacher.cloud.points import Points, observe_points, scale_of
 from curiosight.teacher.settings import SegmentationSettings
+
+# Registration shifts the outline of the depth sensor's view by up to so many pixels of a 640x480
+# image.
+OUTLINE_PX = 4
 
 
 def observe_view(
@@ -27,8 +32,9 @@ def observe_view(
     outline: sides of the depth sensor's view, see `find_outline`; None = as this view alone
         shows them.
     """
-    points = observe_points(depth, camera, stride=settings.stride_at(camera.width))
-    border = border_mask(camera, points.stride, settings.border_px)
+    points = observe_points(depth, camera, stride=settings.stride_at(scale_of(camera)))
+    border_px, outline_px = (ceil(points.scale * px) for px in (settings.border_px, OUTLINE_PX))
+    border = border_mask(camera, points.stride, border_px, outline_px)
     if camera.depth_window is None:
         border = border | cut_by(find_outline([points]) if outline is None else outline, points)
     return replace(points, border=border, pose=pose)

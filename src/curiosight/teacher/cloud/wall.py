@@ -80,7 +80,8 @@ def _face(
 ) -> tuple[Array, Array]:
     """Return what `Wall._face` does."""
     box = np.empty((2, 2), np.float32)
-    box[0], box[1] = low - margin, high + margin
+    for axis in range(2):
+        box[0, axis], box[1, axis] = low[axis] - margin, high[axis] + margin
     return coordinates_on(axes, normal, offset), box
 
 
@@ -126,7 +127,8 @@ def _count_sides(
     """Add to (n, 4) counts the points at (m,) places of (k, 3) as `Faces.count_sides` says."""
     least, wide = np.float32(gap), np.float32(2 * gap)
     for wall in range(len(counts)):
-        (low, bottom), (high, top) = boxes[wall, 0], boxes[wall, 1]
+        low, bottom = boxes[wall, 0, 0], boxes[wall, 0, 1]
+        high, top = boxes[wall, 1, 0], boxes[wall, 1, 1]
         a, b, c = to_walls[wall, 0], to_walls[wall, 1], to_walls[wall, 2]
         offset = to_walls[wall, 3, 2]
         for point in where:

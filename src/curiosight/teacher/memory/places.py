@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from curiosight.frame import Camera, Frame
+from curiosight.teacher.cloud.points import scale_of
 
 Array = npt.NDArray[Any]
 # Nearer than this to another (metres) no pose is an outlier, nor nearer than so many times what
@@ -21,15 +22,16 @@ MIN_GAP, GAP_FACTOR = 20.0, 10.0
 MAX_EXTENT = 20.0
 
 
-def shrunk(frame: Frame, n_columns: int = 320, *, least: int = 2) -> Frame:
+def shrunk(frame: Frame, n_columns: int = 320) -> Frame:
     """Return every so many rows and columns of a frame, without its colours.
 
-    n_columns: about as many are left. least: every so many are taken at least.
+    n_columns: about as many are left of an image as wide as 640x480 ones, at least.
     """
     camera = frame.camera
     if camera is None or frame.depth is None:
         return frame
-    stride = max(least, camera.width // n_columns)
+    # Sizes whose sides are rounded are no smaller.
+    stride = max(1, int(scale_of(camera) * 640 / n_columns + 0.01))
     depth = frame.depth[::stride, ::stride].copy()
     small = Camera(
         depth.shape[1],

@@ -13,10 +13,12 @@ from curiosight.frame import MOUNTS, Frame, Pose
 from curiosight.teacher.cloud.outline import find_outline
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
+from curiosight.teacher.cloud.repeats import Repeats, find_repeats
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
 from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
+from curiosight.teacher.resizing import in_own_size
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
@@ -27,6 +29,8 @@ from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
+# Of a 640x480 image, every so many rows and columns are looked at.
+SURVEY_STRIDE = 2
 UPS = ("auto", *MOUNTS)
 
 
@@ -52,7 +56,8 @@ def survey_recording(
     if up not in UPS:
         raise ValueError(f"up: expected one of {', '.join(UPS)}, got {up!r}")
     settings, demanded = settings or SegmentationSettings(), scene
-    kept = without_outliers([shrunk(one, 640, least=1) for one in frames if _can_teach(one)])
+    usable, repeats = _in_own_size(one for one in frames if _can_teach(one))
+    kept = without_outliers(usable)
     gravity = find_gravity([shrunk(frame) for frame in kept], settings, up)
     observed = [_observe(frame, gravity) for frame in kept]
     posed = [(points, pose) for points, pose in observed if pose is not None]
@@ -77,6 +82,7 @@ def survey_recording(
         up_camera=gravity.up_camera,
         doubt=gravity.doubt,
         outline=outline,
+        repeats=repeats,
         floor_only=demanded == "floor",
     )
     if scene == "table" or up_world is None or floor is None:
@@ -91,6 +97,23 @@ def survey_recording(
 def _can_teach(frame: Frame) -> bool:
     has_depth = frame.depth is not None and bool(np.isfinite(frame.depth).any())
     return has_depth and frame.problem is None
+
+
+def _in_own_size(frames: Iterable[Frame]) -> tuple[list[Frame], Repeats | None]:
+    """Return frames as their depth's own size shows them, and how most of them repeat it.
+
+    In a frame that shows little this cannot be seen.
+    """
+    small: list[Frame] = []
+    found: list[Repeats] = []
+    for frame in frames:
+        assert frame.depth is not None
+        repeats = find_repeats(frame.depth)
+        found.append(repeats)
+        small.append(shrunk(in_own_size(frame, repeats), 640))
+    are_repeated = [repeats.shape != repeats.full_shape for repeats in found]
+    is_usual = 2 * sum(are_repeated) > len(found)
+    return small, found[are_repeated.index(is_usual)] if found else None
 
 
 def _turns(frame: Frame, gravity: Gravity) -> int:
@@ -160,6 +183,7 @@ def _tables_at(
         max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
+        density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),
     )
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Label
-from curiosight.teacher.cloud.points import spread
+from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
 from curiosight.teacher.memory.votes import VoxelVotes
+from curiosight.teacher.resizing import in_full_size, in_own_size
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.surveyed import Survey
@@ -21,7 +22,8 @@ from curiosight.teacher.things.verdicts import Verdict
 
 Array = npt.NDArray[Any]
 
-# Of the grid that is looked at and votes: what is remembered may take longer and be finer.
+# Of the grid that is looked at and votes, in a 640x480 image: what is remembered may take longer
+# and be finer.
 STRIDE = 2
 # What only this view does not know; every other verdict is a vote against.
 ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.NEAR, Verdict.SMALL, Verdict.FLAT})
@@ -41,7 +43,8 @@ class TemporalTeacher:
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
-        self.teacher = Teacher(teacher.survey, replace(teacher.settings, stride=STRIDE))
+        settings = replace(teacher.settings, stride=STRIDE)
+        self.teacher = Teacher(teacher.survey, settings, masks=teacher.masks)
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
         self._tracker = UpTracker()
@@ -64,26 +67,34 @@ class TemporalTeacher:
 
         A frame without pose is not corrected: only which way is up is carried to the next.
         """
+        repeats = self.teacher.repeats_in(frame)
+        # Masks are as large as the image.
+        if repeats is not None and self.teacher.masks is None:
+            return in_full_size(self.segment(in_own_size(frame, repeats)), repeats)
         pose = frame.T_world_camera
         if pose is None:
             return self._tracked(frame)
         alone = self.teacher.segment(frame)
         if frame.depth is None or frame.camera is None or alone.problem:
             return alone
-        labels = alone.labels[::STRIDE, ::STRIDE]
-        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=STRIDE)
+        stride = self.settings.stride_at(scale_of(frame.camera))
+        labels = alone.labels[::stride, ::stride]
+        voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=stride)
         self.votes.forget_removed(frame.depth, frame.camera, pose)
         corrected = self._corrected(labels, voxels)
-        self.votes.add(voxels, _ballots(alone))
+        self.votes.add(voxels, _ballots(alone, stride))
         full, _, _ = spread(
             corrected.astype(np.int32),
-            np.ascontiguousarray(frame.depth[::STRIDE, ::STRIDE]),
+            np.ascontiguousarray(frame.depth[::stride, ::stride]),
             frame.depth,
-            STRIDE,
+            stride,
             max_depth=self.settings.max_range,
             beyond=Label.UNAVAILABLE,
             is_one=True,
         )
+        if self.teacher.masks is not None:
+            # Where depth has holes, masks may have told more than memory can.
+            full = np.where(np.isnan(frame.depth), alone.labels, full)
         return replace(alone, labels=full)
 
     def confidence(self, frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float32]:
@@ -100,7 +111,7 @@ class TemporalTeacher:
     def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected = labels.copy()
-        where = np.flatnonzero((labels == Label.UNKNOWN) | (labels == Label.SALIENT))
+        where = np.flatnonzero((corrected == Label.UNKNOWN) | (corrected == Label.SALIENT))
         here, around = self.votes.balance(voxels.take(where)).T
         is_unknown = corrected.take(where) == Label.UNKNOWN
         corrected.ravel()[where[is_unknown & (around >= self.min_ahead)]] = Label.SALIENT
@@ -109,12 +120,12 @@ class TemporalTeacher:
         return corrected
 
 
-def _ballots(alone: Segmentation) -> npt.NDArray[np.uint8]:
+def _ballots(alone: Segmentation, stride: int) -> npt.NDArray[np.uint8]:
     """(h, w): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
     is_rejected = np.array(
         [False]
         + [c.verdict not in ABSTAINS and c.verdict is not Verdict.OBJECT for c in alone.clusters]
     )
-    ballots: npt.NDArray[np.uint8] = alone.labels[::STRIDE, ::STRIDE].copy()
-    ballots[is_rejected.take(alone.cluster_of_pixel[::STRIDE, ::STRIDE])] = Label.NOT_SALIENT
+    ballots: npt.NDArray[np.uint8] = alone.labels[::stride, ::stride].copy()
+    ballots[is_rejected.take(alone.cluster_of_pixel[::stride, ::stride])] = Label.NOT_SALIENT
     return ballots

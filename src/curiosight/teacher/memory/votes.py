@@ -110,7 +110,8 @@ def _find_voxels(
     depth: Array, x: Array, y: Array, T_world_camera: Array, per_metre: float, found: Array
 ) -> None:
     """Set what `voxels_of` returns; x, y: (w,) and (h,) normalised pixels."""
-    (a, b, c, d), (e, f, g, h) = T_world_camera[0], T_world_camera[1]
+    a, b, c, d = T_world_camera[0]
+    e, f, g, h = T_world_camera[1]
     i, j, k, m = T_world_camera[2]
     for v in range(len(y)):
         for u in range(len(x)):
@@ -179,7 +180,8 @@ def _count_view(
             touched[n_touched] = slot
             n_touched += 1
         votes[slot, AHEAD] += 1 if label == SALIENT else -1
-    for slot in touched[:n_touched]:
+    for place in range(n_touched):
+        slot = touched[place]
         ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
         if ahead < 0:
             votes[slot, AGAINST] += 1
@@ -227,7 +229,8 @@ def _forget_removed(
     height, width = depth.shape
     fx, fy, cx, cy = pinhole
     bits, n_left = (1 << 21) - 1, 0
-    for voxel in salient:
+    for place in range(len(salient)):
+        voxel = salient[place]
         # It stays in the list unless it has gone.
         salient[n_left] = voxel
         n_left += 1
@@ -251,7 +254,8 @@ def _forget_removed(
                 if not is_in_view or not depth[int(v + dv), int(u + du)] > distance + gap:
                     is_gone = False
         if is_gone:
-            votes[find_slot(voxels, voxel), :LAST] = 0
+            slot = find_slot(voxels, voxel)
+            votes[slot, HERE], votes[slot, AGAINST], votes[slot, BESIDE] = 0, 0, 0
             n_left -= 1
     return n_left
 
@@ -263,4 +267,5 @@ def _move_votes(old: Array, old_votes: Array, voxels: Array, votes: Array) -> No
         if old[place] != FREE:
             slot = find_slot(voxels, old[place])
             voxels[slot] = old[place]
-            votes[slot] = old_votes[place]
+            for column in range(votes.shape[1]):
+                votes[slot, column] = old_votes[place, column]

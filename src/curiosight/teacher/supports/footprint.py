@@ -13,6 +13,8 @@ from curiosight.teacher.cloud.planes import Mask, Plane, horizontal_axes
 from curiosight.teacher.cloud.points import Points, look_up
 
 Array = npt.NDArray[Any]
+# A plane's piece goes on over gaps of less than twice this, in pixels of a 640x480 image.
+REACH_PX = 7
 
 
 def above_footprint(
@@ -22,7 +24,7 @@ def above_footprint(
 
     margins: metres around the hull, of each mask that is returned.
     """
-    largest = largest_piece(plane.inliers)
+    largest = largest_piece(plane.inliers, points.steps(REACH_PX))
     if not largest.any():
         return [largest] * len(margins)
     inner = cv2.erode(largest.view(np.uint8), np.ones((3, 3), np.uint8)).view(np.bool_)
@@ -51,16 +53,16 @@ def _margins_around(
     return look_up(n_margins, points, axes, corner, cell)
 
 
-def largest_piece(inliers: Mask) -> Mask:
-    """(h, w) bool: the largest part of a plane's inliers that has no gap of 5 points."""
+def largest_piece(inliers: Mask, reach: int = 2) -> Mask:
+    """(h, w) bool: the largest part of a plane's inliers that has no gap of 1 + 2 reach points."""
     left, top, width, height = cv2.boundingRect(inliers.view(np.uint8))
     inside = inliers[top : top + height, left : left + width]
-    grown = cv2.copyMakeBorder(inside.view(np.uint8), 2, 2, 2, 2, cv2.BORDER_CONSTANT)
-    grown = cv2.dilate(grown, np.ones((5, 5), np.uint8))
+    grown = np.pad(inside.view(np.uint8), reach)
+    grown = cv2.dilate(grown, np.ones((1 + 2 * reach, 1 + 2 * reach), np.uint8))
     n_pieces, piece = cv2.connectedComponents(grown)
     if n_pieces <= 2:  # the background counts too
         return inliers
-    is_largest = piece[2:-2, 2:-2] == 1 + np.argmax(np.bincount(piece.ravel())[1:])
+    is_largest = piece[reach:-reach, reach:-reach] == 1 + np.argmax(np.bincount(piece.ravel())[1:])
     largest = np.zeros(inliers.shape, np.bool_)
     largest[top : top + height, left : left + width] = inside & is_largest
     return largest

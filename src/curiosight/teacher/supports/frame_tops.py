@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.settings import SegmentationSettings
-from curiosight.teacher.supports.footprint import largest_piece
+from curiosight.teacher.supports.footprint import REACH_PX, largest_piece
 from curiosight.teacher.supports.ground import Ground, Mask, area, closed, diagonal, opened
 from curiosight.teacher.supports.tops import (
     MAX_HEIGHT,
@@ -49,7 +49,7 @@ def tops_in_frame(
     lower: list[Mask] = []
     seats: list[Mask] = []
     for plane in sorted(planes, key=lambda plane: -plane.offset):
-        piece = largest_piece(plane.inliers).ravel()[where]
+        piece = largest_piece(plane.inliers, points.steps(REACH_PX)).ravel()[where]
         if not piece.any():
             continue
         height = float(np.median(heights[piece]))

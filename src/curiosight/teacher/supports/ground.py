@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import horizontal_axes
 
 Array = npt.NDArray[Any]
@@ -34,15 +35,16 @@ class Ground:
     def around(cls, xyz: Array, up: Array, *, border: float = 0.6) -> Self:
         """Return the map of (n, 3) points in the world, n > 0, with some metres around them."""
         axes = np.stack(horizontal_axes(up), axis=1)
-        places = xyz @ axes
-        low = places.min(axis=0) - border
-        columns, rows = np.ceil((places.max(axis=0) + border - low) / CELL).astype(int)
+        # NumPy finds the least of a row much faster than that of a column.
+        places = axes.T @ xyz.T
+        low = places.min(axis=1) - border
+        columns, rows = np.ceil((places.max(axis=1) + border - low) / CELL).astype(int)
         return cls(axes, low, (int(rows), int(columns)))
 
     def cells(self, xyz: Array) -> Array:
         """Return the flat index of the cell under each of (n, 3) points of the map."""
-        column, row = np.floor((xyz @ self.axes - self.low) / CELL).astype(np.int64).T
-        index: Array = row * self.shape[1] + column
+        index = np.empty(len(xyz), np.int64)
+        _find_cells(xyz, self.axes, self.low, self.shape[1], index)
         return index
 
     def count(self, cells: Array) -> Array:
@@ -52,8 +54,26 @@ class Ground:
     def highest(self, cells: Array, heights: Array) -> Array:
         """(rows, columns) largest of the heights at each cell; -inf where there is none."""
         highest = np.full(self.shape, -np.inf)
-        np.maximum.at(highest.ravel(), cells, heights)
+        _raise(cells, heights, highest.ravel())
         return highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_cells(xyz: Array, axes: Array, low: Array, n_columns: int, index: Array) -> None:
+    """Set the (n,) index of the cell under each of (n, 3) points; the rest as in `Ground`."""
+    for point in range(len(xyz)):
+        x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
+        column = (x * axes[0, 0] + y * axes[1, 0] + z * axes[2, 0] - low[0]) / CELL
+        row = (x * axes[0, 1] + y * axes[1, 1] + z * axes[2, 1] - low[1]) / CELL
+        index[point] = np.int64(np.floor(row)) * n_columns + np.int64(np.floor(column))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _raise(cells: Array, heights: Array, highest: Array) -> None:
+    """Raise the (n_cells,) highest to the (n,) heights of the points at their cells."""
+    for point in range(len(cells)):
+        if heights[point] > highest[cells[point]]:
+            highest[cells[point]] = heights[point]
 
 
 def pieces(mask: Mask) -> list[Mask]:

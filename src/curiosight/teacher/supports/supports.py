@@ -19,7 +19,7 @@ from curiosight.teacher.cloud.planes import (
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.ranks import median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
-from curiosight.teacher.supports.footprint import above_footprint, largest_piece
+from curiosight.teacher.supports.footprint import REACH_PX, above_footprint, largest_piece
 from curiosight.teacher.supports.frame_tops import tops_in_frame
 from curiosight.teacher.supports.table_map import MARGIN
 from curiosight.teacher.supports.tops import Kind
@@ -189,7 +189,8 @@ def share_below(points: Points, plane: Plane) -> float:
 
 def _large(points: Points, planes: list[Plane], settings: SegmentationSettings) -> list[Plane]:
     """Return the planes that are large enough to be a floor, or the table that all stands on."""
-    sizes = [points.area[largest_piece(plane.inliers)].sum() for plane in planes]
+    reach = points.steps(REACH_PX)
+    sizes = [points.area[largest_piece(plane.inliers, reach)].sum() for plane in planes]
     return [p for p, size in zip(planes, sizes, strict=True) if size >= MIN_LOWEST_AREA]
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Pose
 from curiosight.teacher.cloud.outline import Side
+from curiosight.teacher.cloud.repeats import Repeats
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import Scene
 from curiosight.teacher.supports.table_map import Table
@@ -40,6 +41,7 @@ class Survey:
     doubt: why it is not known which way is up, in words; None = it is.
     outline: sides of the depth sensor's view in the image, see `find_outline`; None = to be
         found in each frame by itself.
+    repeats: how depth of this size repeats its readings, see `find_repeats`; None = as outline.
     """
 
     scene: Scene = "floor"
@@ -52,6 +54,7 @@ class Survey:
     doubt: str | None = None
     surveyed: Array | None = None
     outline: tuple[Side, ...] | None = None
+    repeats: Repeats | None = None
     floor_only: bool = False
 
     def supports(self) -> dict[str, int]:

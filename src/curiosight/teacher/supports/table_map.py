@@ -105,6 +105,7 @@ def map_tables(
     max_size: float = 1.5,
     min_area: float = 0.25,
     min_diagonal: float = 0.7,
+    density: float = 1.0,
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
 
@@ -112,6 +113,7 @@ def map_tables(
     up: (3,) unit vector; floor: metres along it.
     max_size: metres across the largest object.
     min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
+    density: of the points seen, by that of frames of 320x240.
     """
     if len(seen) == 0:
         return ()
@@ -137,7 +139,7 @@ def map_tables(
         if kind is Kind.FURNITURE:
             seats.append(top)
         tables.append(_table(ground, height, top, kind))
-    bulky = _bulky_pieces(highest, n_points, grown(all_tops, 0.15))
+    bulky = _bulky_pieces(highest, n_points / density, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky
     ]
@@ -218,7 +220,7 @@ def _bulky_pieces(
 ) -> list[Mask]:
     """Return what stands on the floor and is wider than objects are, such as a sofa's back.
 
-    highest, n_points: (rows, columns) of all surfaces over the floor.
+    highest, n_points: (rows, columns) of all surfaces over the floor, as frames of 320x240 have.
     max_height: metres; what is higher is a wall.
     """
     is_wall = grown(highest >= max_height, 0.12)

@@ -30,7 +30,14 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     Points in one voxel of side `leaf` belong together, and so do voxels whose mean points lie
     within `tolerance` of each other.
     """
-    return np.asarray(_cluster(np.ascontiguousarray(xyz, np.float64), leaf, tolerance))
+    xyz = np.ascontiguousarray(xyz, np.float64)
+    voxel, keys, _ = _number_cells(xyz, leaf)
+    means, parent = np.zeros((len(keys), 3)), np.arange(len(keys))
+    _average(xyz, voxel, np.bincount(voxel), means)
+    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
+    _join_near(means, tolerance, *_number_cells(means, 1.000001 * tolerance), parent)
+    cluster: Array = number_sets(parent).take(voxel)
+    return cluster
 
 
 def join_stacked(
@@ -70,19 +77,14 @@ def _join_below(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cluster(xyz: Array, leaf: float, tolerance: float) -> Array:
-    """Return what `euclidean_clusters` does; xyz: (n, 3) float64."""
-    voxel, keys, _ = _number_cells(xyz, leaf)
-    means, counts = np.zeros((len(keys), 3)), np.zeros((len(keys), 1))
+def _average(xyz: Array, group: Array, n_points: Array, means: Array) -> None:
+    """Set the (n_groups, 3) means, 0 before, to those of (n, 3) points in their groups."""
     for point in range(len(xyz)):
         for axis in range(3):
-            means[voxel[point], axis] += xyz[point, axis]
-        counts[voxel[point], 0] += 1
-    means /= counts
-    parent = np.arange(len(means))
-    _join_near(means, tolerance, parent)
-    cluster: Array = number_sets(parent)[voxel]
-    return cluster
+            means[group[point], axis] += xyz[point, axis]
+    for one in range(len(means)):
+        for axis in range(3):
+            means[one, axis] /= n_points[one]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -95,26 +97,24 @@ def _number_cells(xyz: Array, side: float) -> tuple[Array, Array, Array]:
     size = 2
     while size <= 2 * len(xyz):
         size *= 2
-    table, keys = np.full(size, -1, np.int32), np.empty(len(xyz), np.int64)
+    table, keys, per_side = np.zeros(size, np.int32), np.empty(len(xyz), np.int64), 1 / side
     for point in range(len(xyz)):
-        x, y, z = xyz[point, 0] / side, xyz[point, 1] / side, xyz[point, 2] / side
-        keys[point] = (
-            np.int64(np.floor(x)) * ALONG_X
-            + np.int64(np.floor(y)) * ALONG_Y
-            + np.int64(np.floor(z))
-        )
+        key = np.int64(0)
+        for axis in range(3):
+            key = key * ALONG_Y + np.int64(np.floor(xyz[point, axis] * per_side))
+        keys[point] = key
     cell, n_cells, last = np.empty(len(xyz), np.int64), 0, -1
     for point in range(len(xyz)):
         key = keys[point]
         # Points beside each other are mostly in one cell.
         if last < 0 or keys[last] != key:
             slot = _slot(keys, table, key)
-            if table[slot] < 0:
+            if table[slot] == 0:
                 # No point before it needs that key any more.
-                table[slot] = n_cells
                 keys[n_cells] = key
                 n_cells += 1
-            last = table[slot]
+                table[slot] = n_cells
+            last = table[slot] - 1
         cell[point] = last
     return cell, keys[:n_cells], table
 
@@ -123,20 +123,23 @@ def _number_cells(xyz: Array, side: float) -> tuple[Array, Array, Array]:
 def _slot(keys: Array, table: Array, key: int) -> int:
     """Return where a key is in the hash table, or where it would be.
 
-    table: 2^k slots, each with the place in `keys` of what it holds, -1 = nothing.
+    table: 2^k slots, each with 1 + the place in `keys` of what it holds, 0 = nothing.
     """
     # The golden ratio's digits spread neighbours over the table.
     slot = (key * 0x9E3779B97F4A7C1 >> 40) & (len(table) - 1)
-    while table[slot] >= 0 and keys[table[slot]] != key:
+    while table[slot] > 0 and keys[table[slot] - 1] != key:
         slot = (slot + 1) & (len(table) - 1)
     return slot
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join_near(xyz: Array, tolerance: float, parent: Array) -> None:
-    """Join the (n, 3) points that are at most a tolerance from each other."""
-    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
-    cell, keys, table = _number_cells(xyz, 1.000001 * tolerance)
+def _join_near(
+    xyz: Array, tolerance: float, cell: Array, keys: Array, table: Array, parent: Array
+) -> None:
+    """Join the (n, 3) points that are at most a tolerance from each other.
+
+    cell, keys, table: of the points, see `_number_cells`.
+    """
     # The points of each cell, chained: the last, and before each one the next.
     before, last = np.empty(len(xyz), np.int64), np.full(len(keys), -1)
     for point in range(len(xyz)):
@@ -148,7 +151,7 @@ def _join_near(xyz: Array, tolerance: float, parent: Array) -> None:
         is_one[one] = _are_joined(before, last[one], parent)
     for one in range(len(keys)):
         for shift in HALF_AROUND:
-            other = table[_slot(keys, table, keys[one] + shift)]
+            other = table[_slot(keys, table, keys[one] + shift)] - 1
             if other >= 0:
                 # One link joins two cells whose points are joined already.
                 is_enough = is_one[one] and is_one[other]

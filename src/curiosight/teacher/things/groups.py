@@ -73,23 +73,27 @@ class Groups:
         _find_ends(values, self.start, np.array(shares), pool, found)
         return found
 
-    def hidden_shares(self, depth: Array, *, step: float = 0.05) -> Array:
+    def hidden_shares(self, depth: Array, *, step: float = 0.05, reach: int = 3) -> Array:
         """(n_groups,) share of a group's columns whose foot something hides.
 
-        Just below the lowest point of such a column comes a surface nearer by `step` metres, or
-        no reading at all: what the group stands on cannot be seen there.
+        One or two times `reach` rows below the lowest point of such a column comes a surface
+        nearer by `step` metres, or no reading at all: what the group stands on cannot be seen
+        there.
         """
         lowest = np.full(depth.shape[1], -1)
         shares = np.empty(len(self))
         row = self.members // depth.shape[1]
-        _find_hidden(depth, row, self.members, self.start, step, lowest, shares)
+        _find_hidden(depth, row, self.members, self.start, step, reach, lowest, shares)
         return shares
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort(where: Array, number: Array, min_points: int) -> tuple[Array, Array]:
     """Return what `Groups` are made of, see `Groups.of`."""
-    sizes = np.zeros(1 + max(-1, number.max()) if len(number) else 0, np.int64)
+    n_numbers = 0
+    for point in range(len(number)):
+        n_numbers = max(n_numbers, number[point] + 1)
+    sizes = np.zeros(n_numbers, np.int64)
     for point in range(len(number)):
         sizes[number[point]] += 1
     start, end, n_groups = np.zeros(len(sizes) + 1, np.int64), np.full(len(sizes), -1), 0
@@ -133,9 +137,10 @@ def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: A
         first, last = start[group], start[group + 1] - 1
         stride = 1 + (last - first) // 1000
         n = 1 + (last - first) // stride
-        for one, (column, share) in enumerate(shares):
+        for one in range(len(shares)):
+            column, share = int(shares[one, 0]), shares[one, 1]
             for place in range(n):
-                pool[place] = values[first + place * stride, int(column)]
+                pool[place] = values[first + place * stride, column]
             n_beyond = min(int(share * n), n - 1 - int(share * n))
             found[group, one, 0], found[group, one, 1] = find_ends(pool[:n], n_beyond)
 
@@ -147,6 +152,7 @@ def _find_hidden(
     members: Array,
     start: Array,
     step: float,
+    reach: int,
     lowest: Array,
     shares: Array,
 ) -> None:
@@ -165,8 +171,8 @@ def _find_hidden(
             foot = lowest[column]
             if foot >= 0:
                 nearer = depth[foot, column] - np.float32(step)
-                near = depth[min(foot + 3, height - 1), column]
-                far = depth[min(foot + 6, height - 1), column]
+                near = depth[min(foot + reach, height - 1), column]
+                far = depth[min(foot + 2 * reach, height - 1), column]
                 n_columns += 1
                 n_hidden += not (near >= nearer and far >= nearer)
                 lowest[column] = -1

@@ -37,28 +37,37 @@ def find_hollows(
     hollows = np.zeros(number.shape, np.int32)
     around = [(place, *box) for place, box in boxes]
     if around:
-        settings = max_step, min_share
-        _find_hollows(number, np.array(around), is_support, points.depth, *settings, hollows)
+        # The number of the flood that was at each point, in the order of all floods.
+        flooded, queue = np.zeros(number.shape, np.int32), np.empty((number.size, 2), np.int32)
+        ends = np.empty((4, max(number.shape)), np.int64)
+        grids = number, is_support, points.depth
+        work = flooded, queue, ends, hollows
+        _find_hollows(*grids, np.array(around), max_step, min_share, *work)
     return hollows
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_hollows(
     number: Array,
-    boxes: Array,
     is_support: Array,
     depth: Array,
+    boxes: Array,
     max_step: float,
     min_share: float,
+    flooded: Array,
+    queue: Array,
+    ends: Array,
     hollows: Array,
 ) -> None:
-    """Set (h, w) `hollows` as `find_hollows` says; boxes: (n, 5) number and ends of each."""
-    # The number of the flood that was at each point, in the order of all floods.
-    flooded, queue = np.zeros(number.shape, np.int32), np.empty((number.size, 2), np.int32)
+    """Set (h, w) `hollows` as `find_hollows` says; boxes: (n, 5) number and ends of each.
+
+    flooded: (h, w) 0, queue: (h * w, 2), ends: (4, h or w), to work with.
+    """
     highest, flood = np.float32(max_step), 0
-    for box in boxes:
-        before = flood
-        left, right, top, bottom = _outline(number, box)
+    for place in range(len(boxes)):
+        box, before = boxes[place], flood
+        _outline(number, box, ends)
+        left, right, top, bottom = ends[0], ends[1], ends[2], ends[3]
         for v in range(box[2], box[4]):
             for u in range(left[v] + 1, right[v]):
                 is_new = is_support[v, u] and number[v, u] != box[0] and flooded[v, u] <= before
@@ -67,33 +76,34 @@ def _find_hollows(
                 flood += 1
                 n = _flood(number, box, v, u, before, flood, flooded, queue)
                 n_bottom, n_edge, n_rising = 0, 0, 0
-                for row, column in queue[:n]:
+                for index in range(n):
+                    row, column = queue[index, 0], queue[index, 1]
                     n_bottom += is_support[row, column]
                     is_above = number[row - 1, column] != box[0] and is_support[row - 1, column]
                     if is_support[row, column] and not is_above:
                         n_edge += 1
                         n_rising += abs(depth[row - 1, column] - depth[row, column]) < highest
                 if n_bottom > min_share * n and n_rising > min_share * n_edge:
-                    for row, column in queue[:n]:
-                        if is_support[row, column]:
-                            hollows[row, column] = box[0]
+                    for index in range(n):
+                        if is_support[queue[index, 0], queue[index, 1]]:
+                            hollows[queue[index, 0], queue[index, 1]] = box[0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _outline(number: Array, box: Array) -> tuple[Array, Array, Array, Array]:
-    """Return the ends of an object in each row, (h,) and (h,), and in each column, (w,) and (w,).
+def _outline(number: Array, box: Array, ends: Array) -> None:
+    """Set the first and second of (4, n) `ends` to those of an object in each row of its box.
 
-    box: (5,) see `_find_hollows`.
+    The others are its ends in each column. box: (5,) see `_find_hollows`.
     """
-    height, width = number.shape
-    left, right = np.full(height, width), np.full(height, -1)
-    top, bottom = np.full(width, height), np.full(width, -1)
+    for v in range(box[2], box[4]):
+        ends[0, v], ends[1, v] = number.shape[1], -1
+    for u in range(box[1], box[3]):
+        ends[2, u], ends[3, u] = number.shape[0], -1
     for v in range(box[2], box[4]):
         for u in range(box[1], box[3]):
             if number[v, u] == box[0]:
-                left[v], right[v] = min(left[v], u), u
-                top[u], bottom[u] = min(top[u], v), v
-    return left, right, top, bottom
+                ends[0, v], ends[1, v] = min(ends[0, v], u), u
+                ends[2, u], ends[3, u] = min(ends[2, u], v), v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -116,7 +126,7 @@ def _flood(
     queue[0, 0], queue[0, 1] = v, u
     n_done, n_waiting = 0, 1
     while n_done < n_waiting:
-        row, column = queue[n_done]
+        row, column = queue[n_done, 0], queue[n_done, 1]
         n_done += 1
         for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
             v, u = row + dv, column + du

@@ -12,7 +12,7 @@ from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.things.groups import Groups
-from curiosight.teacher.things.patches import REACH, TOLERANCE, in_front
+from curiosight.teacher.things.patches import REACH_PX, TOLERANCE, in_front
 
 Array = npt.NDArray[Any]
 # Columns of `Patches.borders`.
@@ -52,8 +52,9 @@ class Patches:
         number.ravel()[groups.members] = np.repeat(np.arange(1, n + 1), groups.sizes)
         sums, borders = np.zeros((n, 10)), np.zeros((n, n, 4), np.int32)
         surface = points.xyz.reshape(-1, 3), points.normals.reshape(-1, 3)
-        _sum_patches(number, *surface, REACH, sums)
-        _count_borders(number, *surface, noise_band(points.depth, TOLERANCE, noise), REACH, borders)
+        reach, tolerance = points.steps(REACH_PX), noise_band(points.depth, TOLERANCE, noise)
+        _sum_patches(number, *surface, reach, sums)
+        _count_borders(number, *surface, tolerance, reach, borders)
         middles = sums[:, :5] / groups.sizes[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             normals = sums[:, 5:8] / np.linalg.norm(sums[:, 5:8], axis=1, keepdims=True)
@@ -61,10 +62,13 @@ class Patches:
         tops = groups.ends(heights[:, None], [(0, 0.03)])[:, 0, 1]
         return cls(number, points, middles[:, :2], middles[:, 2:], normals, bends, tops, borders)
 
-    def meet_convexly(self, *, max_concave: float = 0.5, min_pairs: int = 4) -> Array:
-        """(n, n) bool: have a border, not more than a share of it concave or a step."""
+    def meet_convexly(self, *, max_concave: float = 0.5, min_px: float = 12) -> Array:
+        """(n, n) bool: have a border, not more than a share of it concave or a step.
+
+        min_px: length of the border, in pixels of a 640x480 image.
+        """
         seen, concave = self.borders[..., SEEN], self.borders[..., CONCAVE]
-        meet: Array = (seen >= min_pairs) & (concave <= max_concave * seen)
+        meet: Array = (seen >= self.points.steps(min_px)) & (concave <= max_concave * seen)
         return meet
 
     def are_inside(
@@ -91,7 +95,8 @@ class Patches:
         steps = np.abs(heights - np.diagonal(heights)[:, None])
         alike &= np.maximum(steps, steps.T) < max_step
         alike &= self.borders[..., TOUCHING] == 0
-        behind: Array = np.triu(alike, 1)
+        order = np.arange(len(alike))
+        behind: Array = alike & (order[:, None] < order)
         for one, other in np.argwhere(behind):
             behind[one, other] = self._is_hidden_between(one, other)
         return behind

@@ -14,6 +14,7 @@ from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.feet import join_feet
 from curiosight.teacher.things.hollows import find_hollows
+from curiosight.teacher.things.masked import part_along_masks
 from curiosight.teacher.things.set_apart import set_apart
 from curiosight.teacher.things.things import Thing, find_things
 from curiosight.teacher.things.touching import part_touching
@@ -39,17 +40,20 @@ class Things:
     hollows: Array
 
 
-def find_objects(around: Surroundings) -> Things:
+def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
     """Cluster what is on each table, the highest first, then the rest over the lowest support.
 
     What is under a table stays out: its legs and apron are no objects, and would tie chairs
     together. On a seat, a bed or a shelf nothing is an object, so the rest has it.
 
+    regions: (h, w) int32, instances of masks, see `part_along_masks`; None = there are none.
     """
     free, points = around.free, around.points
     bodies = connect_bodies(free, points.depth, around.settings.noise)
     things = find_things(divide(free, bodies, around), around)
     judged = _judged(things, bodies, around)
+    if regions is not None:
+        judged = part_along_masks(judged, regions, around)
     number = np.zeros(free.shape, np.int32)
     for thing_number, (thing, _) in enumerate(judged, start=1):
         number.ravel()[thing.members] = thing_number

@@ -22,15 +22,15 @@ from curiosight.teacher.things.union import join_nodes, number_sets
 Array = npt.NDArray[Any]
 # What is before a tangent plane by less, metres, is so by noise, or by a curve of the surface.
 TOLERANCE = 0.006
-# Cells from a crease, half of the window that a normal comes from and a little more.
-REACH = 5
-# A patch that holds no square of so many cells is a crease itself.
-CORE = 5
+# From a crease, half of the window that a normal comes from and a little more, in pixels of a
+# 640x480 image.
+REACH_PX = 14
+# A patch that holds no square as large as this on each side of a point is a crease itself, and so
+# is one of fewer pixels; of a 640x480 image, too.
+CORE_PX, MIN_PATCH_PX = 6, 270
 
 
-def find_patches(
-    thing: Array, points: Points, noise: float, *, max_bend_deg: float = 7, min_points: int = 30
-) -> Array:
+def find_patches(thing: Array, points: Points, noise: float, *, max_bend_deg: float = 7) -> Array:
     """(h, w) int32 number of each point's patch, from 1; 0 = none.
 
     Edges of a patch, where no normal is known, belong to the patch that they follow without a
@@ -44,9 +44,12 @@ def find_patches(
     parent, patch = np.arange(thing.size), np.zeros(thing.shape, np.int32)
     normals = points.normals.reshape(-1, 3)
     surface = points.xyz.reshape(-1, 3), normals, tolerance
-    _link(thing, *surface, np.cos(np.radians(max_bend_deg)), REACH, parent)
+    reach = points.steps(REACH_PX)
+    _link(thing, *surface, np.cos(np.radians(max_bend_deg)), reach, parent)
     smooth = _number_known(thing, normals, parent)
-    _number_whole(smooth, _core(smooth), min_points, patch)
+    min_points = max(1, int(points.count(MIN_PATCH_PX)))
+    core = _core(smooth, points.steps(CORE_PX))
+    _number_whole(smooth, core, 1 + int(smooth.max()), min_points, patch)
     # One step of depth is bridged only where nothing else is left.
     queue = np.empty((thing.size, 2), np.int32)
     for slack in (2.0, np.inf):
@@ -71,12 +74,12 @@ def _number_known(thing: Array, normals: Array, parent: Array) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _number_whole(smooth: Array, core: Array, min_points: int, patch: Array) -> None:
+def _number_whole(smooth: Array, core: Array, n_sets: int, min_points: int, patch: Array) -> None:
     """Number the sets that have enough points and a core, from 1 and in their order, in `patch`.
 
     All are (h, w); smooth: see `_number_known`.
     """
-    sizes, number = np.zeros(smooth.max() + 1, np.int64), np.zeros(smooth.max() + 1, np.int32)
+    sizes, number = np.zeros(n_sets, np.int64), np.zeros(n_sets, np.int32)
     for v in range(smooth.shape[0]):
         for u in range(smooth.shape[1]):
             if smooth[v, u] >= 0:
@@ -93,9 +96,9 @@ def _number_whole(smooth: Array, core: Array, min_points: int, patch: Array) -> 
                 patch[v, u] = number[smooth[v, u]]
 
 
-def _core(smooth: Array) -> Array:
-    """(h, w) bool: in the middle of a square of one number."""
-    square = np.ones((CORE, CORE), np.uint8)
+def _core(smooth: Array, reach: int) -> Array:
+    """(h, w) bool: in the middle of a square of one number, `reach` points to each side."""
+    square = np.ones((1 + 2 * reach, 1 + 2 * reach), np.uint8)
     numbers = smooth.astype(np.float32)
     # No square reaches beyond the grid: how much of the image is looked at must not matter.
     least = cv2.erode(numbers, square, borderType=cv2.BORDER_CONSTANT, borderValue=-1)
@@ -173,7 +176,7 @@ def _grow(
                 n_waiting += 1
     n_done = 0
     while n_done < n_waiting:
-        v, u = queue[n_done]
+        v, u = queue[n_done, 0], queue[n_done, 1]
         n_done += 1
         for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
             row, column = v + dv, u + du

@@ -14,12 +14,14 @@ from curiosight.teacher.things.things import (
     Thing,
     are_standing,
     measure_things,
+    places_over,
 )
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
-# A body meets what is beside it within so many cells: readings at a step are torn.
-REACH = 4
+# A body meets what is beside it within so many pixels of a 640x480 image: readings at a step are
+# torn.
+REACH_PX = 12
 # Of where a body meets the rest of its thing, the share that must lie behind it.
 MIN_BEFORE = 0.8
 
@@ -37,19 +39,24 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     body = np.where(whose > 0, bodies.number, 0)
     _join_edges(whose, body, depth, noise)
     counts = np.zeros((bodies.n, 2), np.int64)
-    _count_meetings(whose, body, depth, noise, counts)
+    _count_meetings(whose, body, depth, noise, around.points.steps(REACH_PX), counts)
+    # What is in no body is counted nowhere.
     is_before = counts[:, 0] > MIN_BEFORE * counts.sum(axis=1)
-    where = np.flatnonzero(is_before.take(body) & (body > 0))
-    least = around.settings.min_cluster_px / around.points.stride**2
+    if not is_before.any():
+        return []
+    where = np.flatnonzero(is_before.take(body))
+    least = around.points.evidence(around.settings.min_cluster_px)
     groups = Groups.of(where, body.take(where), min_points=max(1, int(least)))
     if len(groups) == 0:
         return []
     support_of = np.array([0, *(thing.support for thing in things)])
     support = support_of.take(whose.take(groups.members[groups.start[:-1]]))
-    stands = are_standing(groups, support, around)
+    places = places_over(groups, support, around)
+    stands = are_standing(groups, places, support, around)
     if not stands.any():
         return []
-    return [thing for thing in measure_things(groups, support, stands, around) if thing.stands]
+    measured = measure_things(groups, places, support, stands, around)
+    return [thing for thing in measured if thing.stands]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -74,17 +81,19 @@ def _join_edges(whose: Array, body: Array, depth: Array, noise: float) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count_meetings(whose: Array, body: Array, depth: Array, noise: float, counts: Array) -> None:
+def _count_meetings(
+    whose: Array, body: Array, depth: Array, noise: float, reach: int, counts: Array
+) -> None:
     """Add to (n_bodies, 2) counts where the rest of its thing is behind a body, and where not.
 
-    whose, body: (h, w), see `_join_edges`.
+    whose, body: (h, w), see `_join_edges`. reach: cells beside the body.
     """
     height, width = body.shape
     for v in range(height):
         for u in range(width):
             number = body[v, u]
             for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-                row, column = v + REACH * dv, u + REACH * du
+                row, column = v + reach * dv, u + reach * du
                 if number == 0 or min(row, column) < 0 or row >= height or column >= width:
                     continue
                 is_outline = body[v + dv, u + du] != number and whose[v + dv, u + du] > 0

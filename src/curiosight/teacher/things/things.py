@@ -17,8 +17,10 @@ from curiosight.teacher.walls.surroundings import Surroundings
 Array = npt.NDArray[Any]
 # So far apart, metres, are things on two supports moved before they are clustered.
 APART = 1000.0
-# What covers fewer pixels than this is noise, not a part of a thing.
+# What covers fewer pixels of a 640x480 image than this is noise, not a part of a thing.
 MIN_PART_PX = 60
+# What is just below a thing is so far from it, in pixels of a 640x480 image.
+BELOW_PX = 9
 # Share of a thing's points that are low enough for it to stand; what a part needs is enough.
 MIN_FOOT_SHARE = 0.02
 # Of the way down to a thing, so far aside is the camera at most that looks from above (35°).
@@ -60,19 +62,22 @@ def find_things(carrier: Array, around: Surroundings) -> list[Thing]:
     if len(parts) == 0:
         return []
     support = carrier.take(parts.members[parts.start[:-1]])
-    places = _places(parts, support, around)
+    places = places_over(parts, support, around)
     boxes = parts.ends(places, [(axis, 0.02) for axis in range(3)])
-    hovers = ~_reach_down(parts, places, support, around)
-    hovers &= parts.hidden_shares(points.depth) < 0.4
+    hovers = ~are_standing(parts, places, support, around)
+    hovers &= parts.hidden_shares(points.depth, reach=points.steps(BELOW_PX)) < 0.4
     # What the image cuts or is too large, a cupboard on the wall say, is no part of what is below.
     is_part = hovers & (parts.boxes(around.border)[1] <= MAX_AT_BORDER * parts.sizes)
     max_size = np.array([s.settings.max_size for s in supports]).take(support)
     is_part &= np.linalg.norm(boxes[..., 1] - boxes[..., 0], axis=1) < max_size
     thing = join_stacked(boxes, is_part, support)
     stands = np.bincount(thing, ~hovers | _are_below_camera(boxes, support, around)) > 0
-    carrier_of_thing = np.empty(len(stands), np.int8)
-    carrier_of_thing[thing] = support
-    return measure_things(parts.joined(thing), carrier_of_thing, stands, around)
+    if len(stands) < len(parts):
+        carrier_of_thing = np.empty(len(stands), np.int8)
+        carrier_of_thing[thing] = support
+        parts, support = parts.joined(thing), carrier_of_thing
+        places = places_over(parts, support, around)
+    return measure_things(parts, places, support, stands, around)
 
 
 def _are_below_camera(boxes: Array, support: Array, around: Surroundings) -> Array:
@@ -96,17 +101,17 @@ def _cluster(carrier: Array, around: Surroundings) -> Groups:
     members, numbers, n_clusters = [], [], 0
     for leaf, tolerance in sorted({*kinds}):
         is_chosen = np.array([kind == (leaf, tolerance) for kind in kinds])
-        where, xyz = _places_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
+        where, xyz = _take_over(over, carrier.ravel(), is_chosen, points.xyz.reshape(-1, 3))
         number = euclidean_clusters(xyz, leaf=leaf, tolerance=tolerance)
         members.append(where)
         numbers.append(number + n_clusters)
         n_clusters += 1 + int(number.max(initial=-1))
     where, number = np.concatenate(members), np.concatenate(numbers)
-    return Groups.of(where, number, min_points=max(2, MIN_PART_PX // points.stride**2))
+    return Groups.of(where, number, min_points=max(2, int(points.count(MIN_PART_PX))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
+def _take_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> tuple[Array, Array]:
     """Return flat indices and float64 places, (n, 3), of the points that are over some supports.
 
     where: (m,) flat indices of those over any. carrier: (h * w,), see `find_things`. is_chosen:
@@ -123,13 +128,12 @@ def _places_over(where: Array, carrier: Array, is_chosen: Array, xyz: Array) -> 
 
 
 def measure_things(
-    groups: Groups, support: Array, stands: Array, around: Surroundings
+    groups: Groups, places: Array, support: Array, stands: Array, around: Surroundings
 ) -> list[Thing]:
     """Return the groups that are large enough as things.
 
-    support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
+    places: see `places_over`. support: (n_groups,) places in `supports`. stands: (n_groups,) bool.
     """
-    places = _places(groups, support, around)
     ends = groups.ends(places, [(0, 0.01), (1, 0.01), (2, 0.01), (2, 0.1), (3, 0.5)])
     # What is below the support, by noise, adds nothing to the height.
     ends[:, 2, 0] = np.maximum(ends[:, 2, 0], 0)
@@ -145,7 +149,7 @@ def measure_things(
         stands.tolist(),
         strict=True,
     )
-    min_points = around.settings.min_cluster_px / around.points.stride**2
+    min_points = around.points.evidence(around.settings.min_cluster_px)
     return [
         Thing(members, place, tuple(box), tuple(size), *rest)
         for members, place, box, size, *rest in measured
@@ -153,24 +157,22 @@ def measure_things(
     ]
 
 
-def are_standing(groups: Groups, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) bool: reach down to their supports, the (n_groups,) places in `supports`."""
-    return _reach_down(groups, _places(groups, support, around), support, around)
+def are_standing(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
+    """(n_groups,) bool: have a foot on their support, of which thin legs are a small share.
 
-
-def _reach_down(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:
-    """(n_groups,) bool: have a foot on their support, of which thin legs are a small share."""
+    The arguments are as in `measure_things`.
+    """
     mean_depth = np.add.reduceat(places[:, 3], groups.start[:-1]) / groups.sizes
     slab = np.array([s.settings.slab for s in around.supports]).take(support)
     reach = slab + 0.06 + 3 * around.settings.noise * mean_depth**2
     is_low = places[:, 2] <= np.repeat(reach, groups.sizes)
     n_low = np.add.reduceat(is_low, groups.start[:-1], dtype=np.int64)
-    n_least = np.minimum(MIN_FOOT_SHARE * groups.sizes, MIN_PART_PX / around.points.stride**2)
+    n_least = np.minimum(MIN_FOOT_SHARE * groups.sizes, around.points.count(MIN_PART_PX))
     stands: Array = n_low > n_least
     return stands
 
 
-def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
+def places_over(groups: Groups, support: Array, around: Surroundings) -> Array:
     """(n, 4) metres of the members along two level axes, over their group's support, along z."""
     planes = np.array([[*s.plane.normal, s.plane.offset] for s in around.supports])
     places = np.empty((len(groups.members), 4), np.float32)
@@ -182,14 +184,18 @@ def _places(groups: Groups, support: Array, around: Surroundings) -> Array:
 def _place(
     xyz: Array, members: Array, start: Array, support: Array, planes: Array, places: Array
 ) -> None:
-    """Set what `_places` returns; xyz: (h * w, 3). planes: (n_supports, 4) normals and offsets."""
+    """Set what `places_over` returns; xyz: (h * w, 3). planes: (n_supports, 4), normal, offset."""
     to_place = np.zeros((4, 3), np.float32)
     for group in range(len(support)):
         plane = planes[support[group]]
-        to_place[:3, 0], to_place[:3, 1] = horizontal_axes(plane[:3])
-        to_place[:, 2] = plane
+        right, forward = horizontal_axes(plane[:3])
+        for axis in range(3):
+            to_place[axis, 0], to_place[axis, 1] = right[axis], forward[axis]
+        for axis in range(4):
+            to_place[axis, 2] = plane[axis]
         for place in range(start[group], start[group + 1]):
-            x, y, z = xyz[members[place]]
+            point = members[place]
+            x, y, z = xyz[point, 0], xyz[point, 1], xyz[point, 2]
             for axis in range(3):
                 sideways = x * to_place[0, axis] + y * to_place[1, axis]
                 places[place, axis] = sideways + z * to_place[2, axis] + to_place[3, axis]

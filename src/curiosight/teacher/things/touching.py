@@ -16,11 +16,13 @@ from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.meetings import TOUCHING, Patches
 from curiosight.teacher.things.patches import find_patches
-from curiosight.teacher.things.things import Thing, measure_things
+from curiosight.teacher.things.things import Thing, measure_things, places_over
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+# The wall of a pot is within so many pixels of its hollow, of a 640x480 image.
+WALL_PX = 6
 
 
 def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
@@ -35,7 +37,7 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     thing: Array = np.zeros(around.points.depth.shape, np.int32)
     for number, one in enumerate(things, start=1):
         thing.ravel()[one.members] = number
-    thing = thing[box]
+    thing = np.ascontiguousarray(thing[box])
     patch = find_patches(thing, points, noise)
     # A thing without a patch stays in one piece.
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))
@@ -48,8 +50,10 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     same = patches.meet_convexly() | patches.are_inside() | patches.go_on_behind()
     parent = np.arange(len(groups))
     join_linked(same & (support[:, None] == support), parent)
-    _join_around(_find_hollows(things, thing, is_level, points, box), thing, patches.number, parent)
-    min_points = around.settings.min_cluster_px / points.stride**2
+    hollows = _find_hollows(things, thing, is_level, points, box)
+    reach = points.steps(WALL_PX)
+    _join_around(hollows, thing, patches.number, parent, reach=reach)
+    min_points = points.evidence(around.settings.min_cluster_px)
     _join_small(patches.borders[..., TOUCHING], groups.sizes, whose, min_points, parent)
     v, u = np.divmod(groups.members, thing.shape[1])
     width = around.points.depth.shape[1]
@@ -58,7 +62,9 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     support_of_object = np.empty(object_of_patch.max() + 1, np.int64)
     support_of_object[object_of_patch] = support
     objects = whole.joined(object_of_patch)
-    return measure_things(objects, support_of_object, np.ones(len(objects), np.bool_), around)
+    places = places_over(objects, support_of_object, around)
+    stands = np.ones(len(objects), np.bool_)
+    return measure_things(objects, places, support_of_object, stands, around)
 
 
 def _over_supports(
@@ -90,7 +96,9 @@ def _window(points: Points, box: tuple[slice, slice]) -> Points:
         np.ascontiguousarray(grid[box])
         for grid in (points.xyz, points.normals, points.depth, points.area)
     )
-    return Points(xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride)
+    return Points(
+        xyz, depth, normals, area, points.x[box[1]], points.y[box[0]], points.stride, points.scale
+    )
 
 
 def _find_hollows(
@@ -109,21 +117,22 @@ def _find_hollows(
     return find_hollows(thing, boxes, is_level & (thing == 0), points)
 
 
-def _join_around(
-    hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int = 2
-) -> None:
+def _join_around(hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int) -> None:
     """Join the patches of a thing beside one of its hollows: the wall of one pot or open box.
 
     All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
     """
     if not hollows.any():
         return
-    n_pieces, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+    is_in = (hollows > 0).astype(np.uint8)
+    _, piece, stats, _ = cv2.connectedComponentsWithStats(is_in, connectivity=4)
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    for one in range(1, n_pieces):
-        is_hollow = piece == one
+    for one, (left, top, width, height, _) in enumerate(stats[1:].tolist(), start=1):
+        rows = slice(max(0, top - reach), top + height + reach)
+        part = rows, slice(max(0, left - reach), left + width + reach)
+        is_hollow = piece[part] == one
         is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
-        wall = np.unique(patch[is_beside & (thing == hollows[is_hollow][0])]) - 1
+        wall = np.unique(patch[part][is_beside & (thing[part] == hollows[part][is_hollow][0])]) - 1
         for other in wall[1:]:
             join_nodes(parent, int(wall[0]), int(other))
 
@@ -134,39 +143,38 @@ def _join_small(touching: Array, sizes: Array, whose: Array, least: float, paren
 
     touching: (n, n) pairs of neighbours. sizes: (n,) points of each patch. whose: (n,) thing.
     """
-    is_done = False
-    while not is_done:
-        is_done, number = True, number_sets(parent)
-        total = np.zeros(number.max() + 1, np.int64)
-        for one in range(len(sizes)):
-            total[number[one]] += sizes[one]
-        for small in np.argsort(total, kind="mergesort"):
-            first, other = _most_touching(touching, whose, number, total, small)
-            if total[small] < least and other >= 0:
-                join_nodes(parent, first, other)
-                is_done = False
-                break
+    while True:
+        number, total = number_sets(parent), np.zeros(len(parent), np.int64)
+        for patch in range(len(sizes)):
+            total[number[patch]] += sizes[patch]
+        small, other = -1, -1
+        for patch in range(len(sizes)):
+            # The smallest set first; of those as small the first.
+            is_next = small < 0 or total[number[patch]] < total[number[small]]
+            if is_next and total[number[patch]] < least:
+                beside = _most_touching(touching, whose, number, total, patch)
+                if beside >= 0:
+                    small, other = patch, beside
+        if small < 0:
+            return
+        join_nodes(parent, small, other)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _most_touching(
-    touching: Array, whose: Array, number: Array, total: Array, small: int
-) -> tuple[int, int]:
-    """Return the first patch of a set, and that of another in its thing that touches it most.
+def _most_touching(touching: Array, whose: Array, number: Array, total: Array, patch: int) -> int:
+    """Return a patch of another set in the same thing that this patch's set touches most.
 
-    Of those that touch it as much, or not, it is that of the largest set; -1 = there is none.
+    Of those that it touches as much, or not, it is one of the largest set; -1 = there is none.
     number: (n,) set of each patch. total: points of each set. The rest as in `_join_small`.
     """
-    shared = np.zeros(len(number), np.int64)
-    first, best = -1, -1
-    for one in range(len(number)):
-        if number[one] == small:
-            first = one if first < 0 else first
-            shared += touching[one]
+    best, most = -1, 0
     for other in range(len(number)):
-        if number[other] == small or whose[other] != whose[first]:
+        if number[other] == number[patch] or whose[other] != whose[patch]:
             continue
-        here = shared[other], total[number[other]]
-        if best < 0 or here >= (shared[best], total[number[best]]):
-            best = other
-    return first, best
+        shared = 0
+        for one in range(len(number)):
+            shared += touching[one, other] if number[one] == number[patch] else 0
+        is_same = shared == most and best >= 0 and total[number[other]] >= total[number[best]]
+        if best < 0 or shared > most or is_same:
+            best, most = other, shared
+    return best

@@ -19,6 +19,11 @@ from curiosight.teacher.things.things import Thing
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
+# Beyond the range, and in a row or column too near: stray readings cover so many pixels of a
+# 640x480 image, and reach so far.
+STRAY_PX, TORN_PX = 50, 6
+# Over a crease, where no normal is known, in pixels of a 640x480 image.
+CREASE_PX = 18
 
 
 # Share of a thing that is straight above or below a surface which is its own.
@@ -78,9 +83,9 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     if any(_is_part_of_table(table, thing, support) for table in around.supports):
         return Verdict.FURNITURE
     depth = around.points.depth.take(thing.members)
-    if np.count_nonzero(depth > settings.max_range - 0.05) > 5:
+    if np.count_nonzero(depth > settings.max_range - 0.05) > around.points.count(STRAY_PX):
         return Verdict.FAR
-    if _goes_on_nearer(thing, depth, around.points.depth, settings.near_range):
+    if _goes_on_nearer(thing, depth, around.points, settings.near_range):
         return Verdict.NEAR
     if _is_part_of_wall(thing, support, around):
         return Verdict.WALL_PART
@@ -125,10 +130,11 @@ def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
     """Return the cosine between a (3,) unit vector and the mean of the points at (n,) places."""
-    total = np.zeros(3)
+    x, y, z = 0.0, 0.0, 0.0
     for point in where:
-        total += xyz[point]
-    return float((total * direction).sum() / np.sqrt((total * total).sum()))
+        x, y, z = x + xyz[point, 0], y + xyz[point, 1], z + xyz[point, 2]
+    along = x * direction[0] + y * direction[1] + z * direction[2]
+    return float(along / np.sqrt(x * x + y * y + z * z))
 
 
 def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
@@ -145,7 +151,7 @@ def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> boo
 def _goes_on_nearer(
     thing: Thing,
     depth: Array,
-    depths: Array,
+    points: Points,
     near: float,
     *,
     max_width: float = 0.25,
@@ -156,7 +162,7 @@ def _goes_on_nearer(
     A table's leg before the camera looks like a small object on the floor then. Of an object
     that is seen whole the far edge of its top is uppermost, and not nearest.
 
-    depth: (n,) metres of the members, depths: (h, w) of all points. near: metres.
+    depth: (n,) metres of the members. near: metres.
     max_width: diagonal of a slender thing's ground plan, metres.
     min_share: of the thing's columns that end so, with no reading above.
     """
@@ -165,12 +171,13 @@ def _goes_on_nearer(
     nearest = ends(depth, 0.02)[0]
     if nearest > near:
         return False
+    depths = points.depth
     v, u = np.divmod(thing.members, depths.shape[1])
     top = np.full(depths.shape[1], len(depths))
     np.minimum.at(top, u, v)
     columns = np.flatnonzero(top < len(depths))
     top = top[columns]
-    above = depths[np.maximum(top - 2, 0), columns]
+    above = depths[np.maximum(top - points.steps(TORN_PX), 0), columns]
     ends_near = np.isnan(above) & (depths[top, columns] < nearest + 0.01)
     return bool(np.count_nonzero(ends_near) > min_share * len(columns))
 
@@ -210,6 +217,7 @@ def _is_part_of_wall(thing: Thing, support: Support, around: Surroundings) -> bo
     On the floor nothing stands as close to a wall as a radiator, or a curtain.
     """
     n, points = len(thing.members), around.points
+    reach = points.steps(CREASE_PX)
     counts = around.faces.count_sides(points, thing.members, around.settings.wall_gap)
     for wall, (n_straight, n_behind, n_close, n_near) in zip(
         around.walls, counts.tolist(), strict=True
@@ -223,13 +231,13 @@ def _is_part_of_wall(thing: Thing, support: Support, around: Surroundings) -> bo
                 return True
         # The other face lies behind.
         is_other = 2 * n_behind >= n and wall.inliers.any()
-        if is_other and _turns_corner(points.depth, thing.members, wall.inliers):
+        if is_other and _turns_corner(points.depth, thing.members, wall.inliers, reach):
             return True
     return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _turns_corner(depth: Array, members: Array, inliers: Array, reach: int = 6) -> bool:
+def _turns_corner(depth: Array, members: Array, inliers: Array, reach: int) -> bool:
     """Tell whether a cluster is the other face of a wall, round a convex corner.
 
     It lies behind the wall's plane, and in most of its rows goes over into the wall sideways,

@@ -12,6 +12,7 @@ from curiosight.teacher.cloud.plane_fit import fit_plane
 from curiosight.teacher.cloud.planes import Mask, Surface, coordinates_on, mask_of
 from curiosight.teacher.cloud.points import Points, rows_at
 from curiosight.teacher.cloud.ranks import ends
+from curiosight.teacher.cloud.up import across
 from curiosight.teacher.walls.openings import find_openings
 
 Array = npt.NDArray[Any]
@@ -86,8 +87,7 @@ def fit_face(
 
 def _axes_of(normal: Array, up: Array) -> Array:
     """Return the (3, 2) horizontal and upward directions of a wall."""
-    along = np.cross(up, normal)
-    return np.stack([along / np.linalg.norm(along), up], axis=1)
+    return np.stack([across(up, normal), up], axis=1)
 
 
 def _longest_run(points: Points, face: Face, band: Array) -> tuple[float, float]:

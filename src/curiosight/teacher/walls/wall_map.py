@@ -102,9 +102,12 @@ def _is_in_view(
     margin: float,
 ) -> bool:
     """Tell whether a box around a wall is not all beyond one of the sides, see `_sides_of_view`."""
-    for side in sides:
-        along, up = (side * axes[:, 0]).sum(), (side * axes[:, 1]).sum()
-        away = (side * normal).sum()
+    for side in range(len(sides)):
+        along, up, away = 0.0, 0.0, 0.0
+        for axis in range(3):
+            along += sides[side, axis] * axes[axis, 0]
+            up += sides[side, axis] * axes[axis, 1]
+            away += sides[side, axis] * normal[axis]
         # The corner farthest into the view.
         farthest = -offset * away + margin * abs(away)
         for slope, first, last in ((along, low[0], high[0]), (up, low[1], high[1])):
