@@ -67,8 +67,13 @@ RULES = (
     Rule("V4", "supports.footing:votes_on_up", lambda points, max_range: points.area),
     # What is a support.
     Rule("S1", "supports.footing:MAX_SHARE_BELOW", 2.0),
-    Rule("S2", "segmentation.min_table_area", 0.06),
+    Rule("S2", "segmentation.min_table_area", 0.25),
     Rule("S4", "memory.survey:map_tables", lambda *_, **__: ()),
+    Rule("S5", "supports.tops:TopView.standing", lambda *_: []),
+    Rule("S6", "supports.tops:TopView._is_rested_on", _no),
+    Rule("S7", "supports.tops:TopView._is_container", _no),
+    Rule("S8", "supports.tops:TopView._share_seen_around", lambda *_: 1.0),
+    Rule("S9", "supports.tops:MAYBE_INSIDE", 2.0),
     # What is a wall.
     Rule("W1", "walls.faces:find_openings", lambda *args, **__: np.zeros(args[4], np.bool_)),
     Rule("W2", "walls.faces:Face.below_top", lambda face, *_: face),

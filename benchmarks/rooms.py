@@ -13,6 +13,7 @@ import argparse
 import json
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,9 @@ from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Rgb
 from curiosight.rooms.room import Room, draw_room
+from curiosight.rooms.scene import Role
 from curiosight.rooms.settings import RoomSettings, SensorName
+from curiosight.rooms.truth import draw_truth
 from curiosight.rooms.views import Look, RoomViews
 
 Camera = tuple[float, float]  # metres over the floor, degrees down
@@ -42,41 +45,58 @@ N_STEPS = 200
 KINECT_RANGE = 3.5
 SENSORS: tuple[SensorName, ...] = ("perfect", "kinect")
 PARTS = ("near", "beyond_range", "missing")
+# The truth of today, and that of before, by which no furniture was an object.
+TRUTHS = ("bare small furniture is salient", "no furniture is salient")
 
 
-def score_teacher(seeds: list[int], cameras: list[Camera], sheets: Path | None) -> None:
-    """Print precision and recall of the teacher with both sensors, and its worst views."""
-    for sensor, (height, tilt) in product(SENSORS, cameras):
-        counts: dict[str, TeacherCounts] = {}
+def score_teacher(
+    seeds: list[int], cameras: list[Camera], sensors: list[SensorName], sheets: Path | None
+) -> None:
+    """Print precision and recall of the teacher by both truths, and its worst views."""
+    rows: dict[str, Any] = {}
+    for sensor, (height, tilt) in product(sensors, cameras):
+        counts: dict[str, list[TeacherCounts]] = {}
         for seed in seeds:
             room = RoomSettings(
                 seed, sensor=sensor, views=N_TEACHER_VIEWS, height=height, tilt=tilt
             )
             counts |= score_views(RoomViews(draw_room(room)), sheets)
-        total = sum(counts.values(), TeacherCounts())
-        print(
-            f"{sensor:8} {height} m {tilt:2.0f}°  precision {total.precision:.4f}  "
-            f"recall {total.recall:.4f}  coverage {total.coverage:.4f}"
-        )
-        wrong = sorted(
-            counts, key=lambda view: counts[view].n_salient_right - counts[view].n_salient
-        )
-        missed = sorted(counts, key=lambda view: counts[view].n_whole_found - counts[view].n_whole)
+        for place, truth in enumerate(TRUTHS):
+            total = sum((both[place] for both in counts.values()), TeacherCounts())
+            rows.setdefault(f"{sensor} {height} m {tilt:g} deg", {})[truth] = total.shares()
+            print(
+                f"{sensor:8} {height} m {tilt:2.0f}°  {truth:34} precision {total.precision:.4f}  "
+                f"recall {total.recall:.4f}  coverage {total.coverage:.4f}",
+                flush=True,
+            )
+        now = {view: both[0] for view, both in counts.items()}
+        wrong = sorted(now, key=lambda view: now[view].n_salient_right - now[view].n_salient)
+        missed = sorted(now, key=lambda view: now[view].n_whole_found - now[view].n_whole)
         print("  most wrong:", "; ".join(wrong[:3]), " most missed:", "; ".join(missed[:3]))
+    RESULTS.mkdir(exist_ok=True)
+    kept = {"seeds": seeds, "views": N_TEACHER_VIEWS, **rows}
+    (RESULTS / "rooms-teacher.json").write_text(json.dumps(kept, indent=1) + "\n")
 
 
-def score_views(views: RoomViews, sheets: Path | None) -> dict[str, TeacherCounts]:
-    """Return the teacher's counts of every view, by its name."""
+def score_views(views: RoomViews, sheets: Path | None) -> dict[str, list[TeacherCounts]]:
+    """Return the teacher's counts of every view, by its name, for each of the truths."""
     settings = views.room.settings
     teacher = make_teacher(load_config(), views)
     max_range = KINECT_RANGE if settings.sensor == "kinect" else np.inf
+    furniture = {placed.furniture.name for placed in views.room.furniture}
+    parts = [
+        replace(part, role=Role.SUPPORT) if part.name in furniture else part
+        for part in views.room.scene.parts
+    ]
     counts = {}
     for index, id in enumerate(views.ids):
         look = views.look(index)
         segmentation = teacher.segment(look.frame)
         near = look.true_depth <= max_range
-        scored = score_frame(look.frame, segmentation, look.truth, counted=near)
-        counts[f"{views.path} {id}"] = scored.counts
+        counts[f"{views.path} {id}"] = [
+            score_frame(look.frame, segmentation, truth, counted=near).counts
+            for truth in (look.truth, draw_truth(look.ids, parts))
+        ]
         if sheets:
             path = sheets / f"{settings.sensor}-{settings.seed}-{id}.png"
             write_sheet(path, look.frame, look.truth, segmentation)
@@ -163,6 +183,7 @@ def main() -> None:
         command.add_argument("--seeds", type=int, nargs="+", default=default)
         if name == "teacher":
             command.add_argument("--heights", action="store_true", help="0.4-1.6 m, 0-45° too")
+            command.add_argument("--sensors", nargs="+", choices=SENSORS, default=list(SENSORS))
             command.add_argument("--sheets", type=Path, help="write a picture a view")
         if name == "learner":
             command.add_argument("--run-seeds", type=int, nargs="+", default=[0, 1])
@@ -173,7 +194,7 @@ def main() -> None:
         cameras = [(1.0, 10.0)]
         if arguments.heights:
             cameras += [(0.4, 0.0), (0.4, 30.0), (1.6, 20.0), (1.6, 45.0)]
-        score_teacher(arguments.seeds, cameras, arguments.sheets)
+        score_teacher(arguments.seeds, cameras, arguments.sensors, arguments.sheets)
     elif arguments.command == "learner":
         score_learner(arguments.seeds, arguments.run_seeds)
     else:

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from curiosight.rooms.mesh import Material, Mesh
+from curiosight.rooms.arrangement import Thing
+from curiosight.rooms.furniture import Furniture, Placed, soft, storage, tables
+from curiosight.rooms.mesh import Material, Mesh, standing
 from curiosight.rooms.scene import Part, Role
-from curiosight.rooms.truth import draw_truth, object_ids
+from curiosight.rooms.settings import SceneName
+from curiosight.rooms.things import KINDS
+from curiosight.rooms.truth import (
+    across,
+    draw_truth,
+    object_ids,
+    role_of_furniture,
+    role_of_thing,
+)
+
+Draw = Callable[[np.random.Generator], Furniture]
 
 PLAIN = Material(np.zeros((1, 1, 3), np.uint8))
 
@@ -47,6 +63,45 @@ NOTHING, FLOOR, TABLE, MUG, BOWL, ON_SHELF, TINY, HUGE = range(len(PARTS) + 1)
 def test_grey_of_a_part(number: int, grey: int) -> None:
     truth = draw_truth(np.full((4, 5), number, np.int32), PARTS)
     np.testing.assert_array_equal(truth, np.full((4, 5), grey, np.uint8))
+
+
+def test_large_part_at_an_angle_is_measured_along_its_own_sides() -> None:
+    corners = np.array([[0, 0, 0], [1.2, 0, 0], [1.2, 0.5, 0.4], [0, 0.5, 0.4]], np.float32)
+    turned = corners @ Rotation.from_euler("z", 45, degrees=True).as_matrix().astype(np.float32)
+    mesh = replace(part(Role.OBJECT).mesh, vertices=turned)
+    assert mesh.diagonal > 1.5
+    assert across(mesh) == pytest.approx(np.linalg.norm((1.2, 0.5, 0.4)))
+    assert draw_truth(np.ones((1, 1), np.int32), (Part("cabinet", Role.OBJECT, mesh),)) == 255
+
+
+def coffee_table(scene: SceneName, *things: Thing) -> tuple[Role, list[Role]]:
+    """Return what a coffee table is, and what stands on it."""
+    table = Placed(tables.coffee_table(np.random.default_rng(0)), standing(2.0, 1.0))
+    roles = [role_of_thing(thing, scene) for thing in things]
+    return role_of_furniture(table, things, scene), roles
+
+
+def cup_at(x: float, y: float, z: float) -> Thing:
+    kind = next(kind for kind in KINDS if kind.name == "mug")
+    return Thing(kind, kind.draw(np.random.default_rng(0)), z == 0, standing(x, y, z))
+
+
+def test_furniture_that_carries_nothing_is_an_object() -> None:
+    height = tables.coffee_table(np.random.default_rng(0)).tops[0].height
+    on_it, beside = cup_at(2.0, 1.0, height), cup_at(4.0, 1.0, 0.0)
+    for scene in ("auto", "table"):
+        assert coffee_table(scene) == (Role.OBJECT, [])
+        assert coffee_table(scene, beside) == (Role.OBJECT, [Role.OBJECT])
+        assert coffee_table(scene, on_it) == (Role.SUPPORT, [Role.OBJECT])
+    assert coffee_table("floor", beside) == (Role.OBJECT, [Role.OBJECT])
+    assert coffee_table("floor", on_it) == (Role.UNDECIDED, [Role.UNDECIDED])
+
+
+@pytest.mark.parametrize("draw", [soft.sofa, soft.bed, storage.wardrobe, storage.shelf])
+def test_furniture_larger_than_objects_or_full_is_none(draw: Draw) -> None:
+    placed = Placed(draw(np.random.default_rng(0)), standing(2.0, 1.0))
+    assert role_of_furniture(placed, (), "auto") is Role.SUPPORT
+    assert role_of_furniture(placed, (), "floor") is Role.UNDECIDED
 
 
 def test_sizes_are_arguments() -> None:

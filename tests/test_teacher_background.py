@@ -17,6 +17,7 @@ from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.settings import FLOOR, TABLE
 from curiosight.teacher.supports.slab import (
     NOTHING,
+    ON_DOUBTFUL,
     ON_FLOOR,
     ON_FURNITURE,
     ON_TABLE,
@@ -24,6 +25,7 @@ from curiosight.teacher.supports.slab import (
 )
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.supports.table_map import Table
+from curiosight.teacher.supports.tops import Kind
 from curiosight.teacher.things.bodies import Bodies, beside_table, connect_bodies
 from curiosight.teacher.things.objects import _take_over
 from curiosight.teacher.walls.headings import Headings, _sum_around, _vote
@@ -84,8 +86,9 @@ def test_surface_is_what_faces_a_direction_with_its_places(points: Points) -> No
 def test_on_a_support_is_what_is_in_its_slab_and_extent_and_not_upright(points: Points) -> None:
     floor, table = floor_of(points), table_of(points, np.random.default_rng(SEED))
     expected = np.zeros(points.depth.shape, np.uint8)
-    seat = replace(table, carries_objects=False, extent=table.extent & (points.depth < 2))
-    supports = {ON_FLOOR: floor, ON_TABLE: table, ON_FURNITURE: seat}
+    seat = replace(table, kind=Kind.FURNITURE, extent=table.extent & (points.depth < 2))
+    lid = replace(table, kind=Kind.DOUBTFUL, extent=table.extent & (points.depth > 2.5))
+    supports = {ON_FLOOR: floor, ON_TABLE: table, ON_FURNITURE: seat, ON_DOUBTFUL: lid}
     for kind, support in supports.items():
         slab = support.settings.slab + NOISE * points.depth**2
         is_in_slab = np.abs(support.heights) < slab
@@ -95,7 +98,7 @@ def test_on_a_support_is_what_is_in_its_slab_and_extent_and_not_upright(points: 
         is_there = True if support.extent is None else support.extent
         expected[is_in_slab & ~is_upright & is_there] = kind
     found = on_supports(points, supports.values(), NOISE)
-    assert set(np.unique(found)) == {NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE}
+    assert set(np.unique(found)) == {NOTHING, *supports}
     assert np.count_nonzero(found != expected) <= 2
 
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from curiosight.frame import Frame
 from curiosight.teacher import SegmentationSettings, Survey, Teacher, survey_recording
+from curiosight.teacher.supports.tops import Kind
 from curiosight.teacher.things.verdicts import Cluster
 from room import ROOM, Box
 from scenes import ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
@@ -75,7 +76,9 @@ def test_gravity_and_floor_come_from_posed_frames() -> None:
     assert survey.up_world is not None
     assert angle_deg(survey.up_world, UP) < 1
     assert survey.floor_height == pytest.approx(0, abs=0.03)
-    assert [table.height for table in survey.tables] == pytest.approx([0.72], abs=0.03)
+    tables = [table.height for table in survey.tables if table.kind is Kind.TABLE]
+    assert tables == pytest.approx([0.72], abs=0.03)
+    assert survey.supports() == {"floor": 1, "table": 1}
 
 
 def test_camera_height_needs_a_pose_and_a_floor() -> None:
@@ -100,25 +103,26 @@ def test_floor_seen_in_some_frames_is_known_in_all() -> None:
     assert [cluster.support_height for cluster in found.objects] == pytest.approx([0.72], abs=0.05)
 
 
-def test_seat_is_part_of_an_object() -> None:
-    survey, objects = stool_with_a_box(SegmentationSettings())
+def test_small_tops_are_parts_of_objects_by_option() -> None:
+    settings = SegmentationSettings(min_table_area=0.25, min_table_diagonal=0.7)
+    survey, objects = stool_with_a_box(settings)
     assert survey.tables == ()
     tallest = max(objects, key=lambda cluster: cluster.box[3] - cluster.box[1])
     assert tallest.support_height == pytest.approx(0, abs=0.03)
 
 
-def test_seat_carries_things_by_option() -> None:
-    settings = SegmentationSettings(min_table_area=0.12, min_table_diagonal=0.45)
-    survey, objects = stool_with_a_box(settings)
+def test_stool_carries_a_thing_but_may_be_a_lid() -> None:
+    survey, objects = stool_with_a_box(SegmentationSettings())
     assert [table.height for table in survey.tables] == pytest.approx([0.46], abs=0.03)
+    assert [table.kind for table in survey.tables] == [Kind.DOUBTFUL]
     assert [cluster.support_height for cluster in objects] == pytest.approx([0.46], abs=0.03)
 
 
 @pytest.mark.parametrize("has_sides", [True, False])
-def test_pouf_is_a_thing_and_a_low_table_of_its_size_is_none(has_sides: bool) -> None:
-    top = Box((0.0, 0.0, 0.38), (0.62, 0.52, 0.04), (150, 110, 60), is_salient=has_sides)
+def test_pouf_and_low_table_that_carry_nothing_are_things(has_sides: bool) -> None:
+    top = Box((0.0, 0.0, 0.38), (0.62, 0.52, 0.04), (150, 110, 60))
     legs = [
-        Box((x, y, 0.18), (0.04, 0.04, 0.36), (90, 90, 90), is_salient=False)
+        Box((x, y, 0.18), (0.04, 0.04, 0.36), (90, 90, 90))
         for x in (-0.28, 0.28)
         for y in (-0.23, 0.23)
     ]
@@ -127,9 +131,8 @@ def test_pouf_is_a_thing_and_a_low_table_of_its_size_is_none(has_sides: bool) ->
     headings = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
     frames = record(boxes, (30.0,) * 6, 1.3, headings)
     survey = survey_recording(frames)
-    assert [table.is_thing for table in survey.tables] == [has_sides]
-    objects = Teacher(survey).segment(frames[0]).objects
-    assert len(objects) == has_sides
+    assert [table.kind for table in survey.tables] == [Kind.THING]
+    assert len(Teacher(survey).segment(frames[0]).objects) == 1
 
 
 def test_auto_sees_a_floor() -> None:

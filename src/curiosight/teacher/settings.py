@@ -20,7 +20,8 @@ class SupportSettings:
     """Thresholds for what stands on a support, in metres; the defaults are the floor's.
 
     min_size, max_size: diagonal of an object's box, upright on its support (sec. II-A.2).
-    max_width: diagonal of its ground plan: chairs stay below, cupboards do not.
+    max_width: diagonal of its ground plan, unless it is known to carry nothing: chairs stay
+        below, cupboards do not.
     leaf, tolerance: side of a voxel; gap up to which voxels belong together.
     slab: thickness of the layer on the support that counts as the support itself.
     max_height: over the support, beyond which nothing is an object.
@@ -80,8 +81,8 @@ class SegmentationSettings:
     min_wall_diagonal: of a vertical plane's visible part, to be a wall; `min_cut_wall_diagonal`
         where the image's frame cuts it.
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
-    min_table_area, min_table_diagonal: of a level surface (m², metres), to carry things as a
-        table does: smaller ones are a box's lid. With .12 and .45 seats of chairs carry too.
+    min_table_area, min_table_diagonal: of a level surface (m², metres), to carry things if some
+        stand on it, as a stool does: smaller ones are a box's lid. With .25 and .7 only tables do.
     stride: every so many rows and columns are looked at, of a 640x480 image; others have about
         as many on their grid.
     border_px: width of the image's frame that no object may touch, in pixels of a 640x480 image.

@@ -50,6 +50,8 @@ def tops_in_frame(
     seats: list[Mask] = []
     for plane in sorted(planes, key=lambda plane: -plane.offset):
         piece = largest_piece(plane.inliers, points.steps(REACH_PX)).ravel()[where]
+        if not piece.any():
+            continue
         height = float(np.median(heights[piece]))
         # Narrow strips are edges of something else, such as the back of a chair.
         top = closed(opened(closed(ground.count(cells[piece]) > 0, 0.12), 0.04), WIDEST_GAP)

@@ -19,7 +19,7 @@ Array = npt.NDArray[Any]
 
 # What a point can be on, in the order in which one tells more than another.
 NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE, ON_DOUBTFUL = range(5)
-ON: dict[Kind, Any] = {
+ON: dict[Kind, int] = {
     Kind.TABLE: ON_TABLE,
     Kind.FURNITURE: ON_FURNITURE,
     Kind.DOUBTFUL: ON_DOUBTFUL,

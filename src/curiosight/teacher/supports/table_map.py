@@ -44,6 +44,8 @@ Mask = npt.NDArray[np.bool_]
 # What is this close to a table's outline (metres) belongs to it.
 MARGIN = 0.05
 MAX_CORE = 0.25
+# Metres by which noise and poses make things wider; each frame tells their size better.
+BLUR = 0.10
 MAX_LEVEL_ANGLE = np.radians(20)
 
 
@@ -125,21 +127,14 @@ def map_tables(
             tops.append((height, top))
     all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
     highest = ground.highest(cells, heights)
-    n_points = ground.count(cells[heights > 0.10])
+    n_points, is_seen = ground.count(cells[heights > 0.10]), ground.count(cells) > 0
     tables: list[Table] = []
     seats: list[Mask] = []
     for height, top in tops:
         is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
         rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
-        view = TopView(
-            height,
-            top,
-            highest,
-            ground.count(cells[is_side]),
-            ground.count(cells[rises]),
-            n_points,
-            ground.count(cells) > 0,
-        )
+        n_sides, n_rising = ground.count(cells[is_side]), ground.count(cells[rises])
+        view = TopView(height, top, highest, n_sides, n_rising, n_points, is_seen, BLUR)
         kind = view.kind(max_size, seats)
         if kind is Kind.FURNITURE:
             seats.append(top)

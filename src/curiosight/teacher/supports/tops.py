@@ -35,8 +35,9 @@ MIN_HEIGHT, MAX_HEIGHT = 0.2, 1.3
 # What rises so many metres over a top stands on it or is its own; what is higher than the last
 # over the floor is a wall.
 MIN_RISE, MAX_RISE, WALL_HEIGHT = 0.05, 0.5, 1.3
-# Share of a thing that is inside the outline of what it stands on, and its least area in m².
-MIN_INSIDE, MIN_STANDING = 0.7, 3 * CELL**2
+# Share of a thing that is inside the outline of what it stands on, surely and perhaps, and its
+# least area in m².
+MIN_INSIDE, MAYBE_INSIDE, MIN_STANDING = 0.7, 0.5, 3 * CELL**2
 # Share of the way from the edge to the middle of a top.
 MIDDLE = 0.6
 # What is lower than this is sat or lain on if its sides rise along so much of its edge, if it is
@@ -48,8 +49,6 @@ JOINT = 0.12
 MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 # Share of the surroundings that was seen of what is known to stand free.
 MIN_SEEN_AROUND = 0.6
-# Metres by which noise and cells make things wider; each frame tells it better.
-BLUR = 0.10
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
 # Where it is so high, in metres, it is no stool either, but a sill, a shelf's board, a back.
@@ -93,6 +92,7 @@ class TopView:
     n_rising: how many points of each cell are over the surface, see MIN_RISE.
     n_over_floor: how many are over the floor.
     is_seen: bool, any.
+    blur: metres by which noise makes things wider on the cells.
     """
 
     height: float
@@ -102,6 +102,7 @@ class TopView:
     n_rising: Array
     n_over_floor: Array
     is_seen: Mask
+    blur: float = 0.0
 
     def kind(self, max_size: float, seats: list[Mask]) -> Kind:
         """Return what the surface is.
@@ -120,14 +121,17 @@ class TopView:
             return Kind.FURNITURE if rests else Kind.TABLE
         body = self.body()
         highest = float(np.max(self.highest[body], initial=self.height))
-        is_in_size = np.hypot(diagonal(body), highest) <= max_size + BLUR
+        if not rests and not is_small and self.standing(MAYBE_INSIDE):
+            return Kind.DOUBTFUL
+        is_in_size = np.hypot(diagonal(body), highest) <= max_size + self.blur
         if is_small or (is_in_size and self._share_seen_around(body) >= MIN_SEEN_AROUND):
             return Kind.THING
         return Kind.FURNITURE if rests else Kind.DOUBTFUL
 
-    def standing(self) -> list[Mask]:
+    def standing(self, min_inside: float = MIN_INSIDE) -> list[Mask]:
         """Return what stands on the surface: what rises inside its outline and ends there.
 
+        min_inside: share of it that must; things hide some of what they stand on.
         The back of a chair does so too, but along much of the edge, and on a small seat away from
         the middle.
         """
@@ -138,7 +142,7 @@ class TopView:
             piece
             for piece in pieces(rising)
             if area(piece) >= MIN_STANDING
-            and np.mean(inside[piece]) >= MIN_INSIDE
+            and np.mean(inside[piece]) >= min_inside
             and np.max(depth[piece]) >= least
             and self._share_along_edge(piece) <= MIN_ENCLOSED
         ]
@@ -147,7 +151,8 @@ class TopView:
         """Return the extent of all that the surface belongs to, walls left out."""
         is_wall = grown(self.highest >= WALL_HEIGHT, 0.12)
         is_body = ((self.n_over_floor > 1) & ~is_wall) | self.top
-        return np.any([p for p in pieces(is_body) if (p & self.top).any()], axis=0)
+        own = [piece for piece in pieces(is_body) if (piece & self.top).any()]
+        return np.asarray(np.any(own, axis=0))
 
     def _is_rested_on(self, standing: list[Mask]) -> bool:
         """Tell a seat, a bed or a full shelf: what is on it is part of it, but what stands."""

@@ -115,15 +115,20 @@ def _judged(
     tied = [thing for thing, verdict in judged if verdict in TIED]
     free = set_apart(tied, bodies, around) if tied else []
     judged += [(thing, Verdict.OBJECT) for thing in free if judge(thing, around) is Verdict.OBJECT]
-    parted = [
-        verdict is Verdict.OBJECT and around.supports[thing.support].settings.part_touching
-        for thing, verdict in judged
-    ]
-    if not any(parted):
-        return judged
-    whole = [thing for (thing, _), is_parted in zip(judged, parted, strict=True) if is_parted]
-    others = [pair for pair, is_parted in zip(judged, parted, strict=True) if not is_parted]
-    return [*others, *((thing, Verdict.OBJECT) for thing in part_touching(whole, around))]
+    rest: list[tuple[Thing, Verdict]] = []
+    whole: dict[Verdict, list[Thing]] = {Verdict.OBJECT: [], Verdict.LARGE: []}
+    for thing, verdict in judged:
+        if verdict in whole and around.supports[thing.support].settings.part_touching:
+            whole[verdict].append(thing)
+        else:
+            rest.append((thing, verdict))
+    if whole[Verdict.OBJECT]:
+        rest += [(part, Verdict.OBJECT) for part in part_touching(whole[Verdict.OBJECT], around)]
+    if whole[Verdict.LARGE]:
+        # What is too large may be several things that touch.
+        parts = part_touching(whole[Verdict.LARGE], around)
+        rest += [(part, judge(part, around)) for part in parts]
+    return rest
 
 
 def _take_over(

@@ -96,36 +96,28 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
     return Verdict.OBJECT if thing.stands else Verdict.FLOATING
 
 
-def _fits(thing: Thing, around: Surroundings, *, n_headings: int = 9) -> bool:
-    """Tell whether the smallest upright box around a thing is no larger than objects are.
-
-    What is wider than objects mostly are must be known to carry nothing. The camera's axes are
-    tried first, then others.
-    """
-    support = around.supports[thing.support]
-    limits, height = support.settings, thing.size[2]
-    most = limits.max_width
-    if any(_share_in(lid, thing) > MIN_UNDER_LID for lid in around.lids):
-        most = limits.max_size
-
-    def is_in_size(width: float, length: float) -> bool:
-        across = hypot(width, length)
-        return across <= most and hypot(across, height) <= limits.max_size
-
-    if is_in_size(*thing.size[:2]):
+def _fits(thing: Thing, around: Surroundings) -> bool:
+    """Tell whether a thing is no larger than objects are."""
+    limits = around.supports[thing.support].settings
+    if hypot(*thing.size) <= limits.max_size and hypot(*thing.size[:2]) <= limits.max_width:
         return True
-    # The box around a thing that is turned by 45 degrees is at most so much larger.
-    if hypot(*thing.size[:2]) > np.sqrt(2) * most:
+    # What is wider than objects mostly are must be known to carry nothing.
+    if not any(_share_in(lid, thing) > MIN_UNDER_LID for lid in around.lids):
         return False
-    axes = np.stack(horizontal_axes(support.plane.normal), axis=1).astype(np.float32)
-    places = around.points.xyz_at(thing.members) @ axes
-    for heading in np.pi / 2 * np.arange(1, n_headings) / n_headings:
-        cos, sin = np.cos(heading), np.sin(heading)
-        turned = places @ np.array([[cos, -sin], [sin, cos]], np.float32)
-        width, length = (float(np.ptp(ends(along, 0.02))) for along in turned.T)
-        if is_in_size(width, length):
-            return True
-    return False
+    return _least_across(thing, around) <= limits.max_size
+
+
+def _least_across(thing: Thing, around: Surroundings, *, n_headings: int = 10) -> float:
+    """Return the metres across the smallest upright box around a thing, however it is turned."""
+    axes = horizontal_axes(around.supports[thing.support].plane.normal)
+    places = around.points.xyz_at(thing.members) @ np.stack(axes, axis=1).astype(np.float32)
+    across = []
+    for heading in np.pi / 2 * np.arange(n_headings) / n_headings:
+        along = places @ np.array([np.cos(heading), np.sin(heading)], np.float32)
+        aside = places @ np.array([-np.sin(heading), np.cos(heading)], np.float32)
+        lengths = [float(np.ptp(ends(values, 0.01))) for values in (along, aside)]
+        across.append(hypot(*lengths, thing.size[2]))
+    return min(across)
 
 
 def _is_from_above(thing: Thing, around: Surroundings, *, min_cosine: float = 0.82) -> bool:
