@@ -14,7 +14,7 @@ from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
 from curiosight.teacher.memory.votes import VoxelVotes
 from curiosight.teacher.resizing import in_full_size, in_own_size
-from curiosight.teacher.segmented import Segmentation
+from curiosight.teacher.segmented import CODE_OF, UNDER_TABLE, Segmentation
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.surveyed import Survey
 from curiosight.teacher.teacher import Teacher
@@ -81,7 +81,7 @@ class TemporalTeacher:
         labels = alone.labels[::stride, ::stride]
         voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=stride)
         self.votes.forget_removed(frame.depth, frame.camera, pose)
-        corrected = self._corrected(labels, voxels)
+        corrected = self._corrected(labels, _may_be_object(alone, stride), voxels)
         self.votes.add(voxels, _ballots(alone, stride))
         full, _, _ = spread(
             corrected.astype(np.int32),
@@ -108,16 +108,28 @@ class TemporalTeacher:
         self._tracker.update(frame.depth, [s.plane for s in tracked.supports])
         return tracked
 
-    def _corrected(self, labels: Array, voxels: Array) -> npt.NDArray[np.uint8]:
+    def _corrected(
+        self, labels: Array, may_be_object: Array, voxels: Array
+    ) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected = labels.copy()
         where = np.flatnonzero((corrected == Label.UNKNOWN) | (corrected == Label.SALIENT))
         here, around = self.votes.balance(voxels.take(where)).T
         is_unknown = corrected.take(where) == Label.UNKNOWN
-        corrected.ravel()[where[is_unknown & (around >= self.min_ahead)]] = Label.SALIENT
+        is_told = is_unknown & (around >= self.min_ahead) & may_be_object.take(where)
+        corrected.ravel()[where[is_told]] = Label.SALIENT
         denied = ~is_unknown & (here <= -2 * self.min_ahead) & (around <= 0)
         corrected.ravel()[where[denied]] = Label.UNKNOWN
         return corrected
+
+
+def _may_be_object(alone: Segmentation, stride: int) -> Array:
+    """(h, w) bool: all but what lies under a table: its legs and apron are close to objects."""
+    if alone.found is None:
+        return np.ones(alone.labels[::stride, ::stride].shape, np.bool_)
+    is_under = alone.found[::stride, ::stride] == CODE_OF[UNDER_TABLE]
+    in_cluster = alone.cluster_of_pixel[::stride, ::stride] > 0
+    return np.asarray(in_cluster | ~is_under)
 
 
 def _ballots(alone: Segmentation, stride: int) -> npt.NDArray[np.uint8]:
