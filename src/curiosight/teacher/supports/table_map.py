@@ -103,8 +103,9 @@ def map_tables(
     floor: float,
     *,
     max_size: float = 1.5,
-    min_area: float = 0.25,
-    min_diagonal: float = 0.7,
+    min_area: float = 0.07,
+    min_diagonal: float = 0.38,
+    max_small_height: float = 0.8,
     density: float = 1.0,
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
@@ -134,7 +135,9 @@ def map_tables(
         is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
         rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
         n_sides, n_rising = ground.count(cells[is_side]), ground.count(cells[rises])
-        view = TopView(height, top, highest, n_sides, n_rising, n_points, is_seen, BLUR)
+        view = TopView(
+            height, top, highest, n_sides, n_rising, n_points, is_seen, max_small_height, BLUR
+        )
         kind = view.kind(max_size, seats)
         if kind is Kind.FURNITURE:
             seats.append(top)
