@@ -47,6 +47,7 @@ def tops_in_frame(
     is_seen = ground.count(cells) > 0
     found: list[tuple[Plane, Kind]] = []
     lower: list[Mask] = []
+    highest_small = settings.max_small_height
     seats: list[Mask] = []
     for plane in sorted(planes, key=lambda plane: -plane.offset):
         piece = largest_piece(plane.inliers, points.steps(REACH_PX)).ravel()[where]
@@ -65,7 +66,9 @@ def tops_in_frame(
         rises = (over > MIN_RISE + band) & (over < MAX_RISE)
         n_rising = ground.count(cells[rises])
         n_sides = ground.count(cells[(heights > 0.3 * height) & (heights < 0.8 * height)])
-        view = TopView(height, top, highest, n_sides, n_rising, n_over_floor, is_seen)
+        view = TopView(
+            height, top, highest, n_sides, n_rising, n_over_floor, is_seen, highest_small
+        )
         kind = view.kind(settings.floor.max_size, seats)
         if kind is Kind.FURNITURE:
             seats.append(top)

@@ -103,8 +103,9 @@ def map_tables(
     floor: float,
     *,
     max_size: float = 1.5,
-    min_area: float = 0.25,
-    min_diagonal: float = 0.7,
+    min_area: float = 0.07,
+    min_diagonal: float = 0.38,
+    max_small_height: float = 0.8,
     density: float = 1.0,
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
@@ -125,7 +126,7 @@ def map_tables(
         # The top of what stands on a table is none.
         if not stands_on_any(top, [lower for _, lower in tops]):
             tops.append((height, top))
-    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
+    all_tops = np.zeros(ground.shape, np.bool_)
     highest = ground.highest(cells, heights)
     n_points, is_seen = ground.count(cells[heights > 0.10]), ground.count(cells) > 0
     tables: list[Table] = []
@@ -134,11 +135,16 @@ def map_tables(
         is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
         rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
         n_sides, n_rising = ground.count(cells[is_side]), ground.count(cells[rises])
-        view = TopView(height, top, highest, n_sides, n_rising, n_points, is_seen, BLUR)
+        view = TopView(
+            height, top, highest, n_sides, n_rising, n_points, is_seen, max_small_height, BLUR
+        )
         kind = view.kind(max_size, seats)
         if kind is Kind.FURNITURE:
             seats.append(top)
         tables.append(_table(ground, height, top, kind))
+        # The board of a shelf is a part of what is bulky.
+        if kind is not Kind.THING or height <= max_small_height:
+            all_tops |= top
     bulky = _bulky_pieces(highest, n_points / density, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky

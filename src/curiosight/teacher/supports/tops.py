@@ -51,8 +51,8 @@ MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 MIN_SEEN_AROUND = 0.6
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
-# Where it is so high, in metres, it is no stool either, but a sill, a shelf's board, a back.
-MAX_SMALL_HEIGHT = 0.8
+# Square metres of a high one that is no sill and no shelf's board, see `max_small_height`.
+MIN_HIGH_AREA = 0.25
 
 
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
@@ -92,6 +92,7 @@ class TopView:
     n_rising: how many points of each cell are over the surface, see MIN_RISE.
     n_over_floor: how many are over the floor.
     is_seen: bool, any.
+    max_small_height: see `SegmentationSettings`.
     blur: metres by which noise makes things wider on the cells.
     """
 
@@ -102,6 +103,7 @@ class TopView:
     n_rising: Array
     n_over_floor: Array
     is_seen: Mask
+    max_small_height: float
     blur: float = 0.0
 
     def kind(self, max_size: float, seats: list[Mask]) -> Kind:
@@ -111,7 +113,9 @@ class TopView:
         joins one and carries nothing is its arm or back.
         """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
-        if is_small and (self.height > MAX_SMALL_HEIGHT or self._is_container()):
+        if self.height > self.max_small_height and (is_small or area(self.top) < MIN_HIGH_AREA):
+            return Kind.THING
+        if is_small and self._is_container():
             return Kind.THING
         rests = self._is_rested_on(standing)
         if standing and not rests:
