@@ -126,7 +126,7 @@ def map_tables(
         # The top of what stands on a table is none.
         if not stands_on_any(top, [lower for _, lower in tops]):
             tops.append((height, top))
-    all_tops = np.zeros(ground.shape, np.bool_)
+    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
     highest = ground.highest(cells, heights)
     n_points, is_seen = ground.count(cells[heights > 0.10]), ground.count(cells) > 0
     tables: list[Table] = []
@@ -142,9 +142,6 @@ def map_tables(
         if kind is Kind.FURNITURE:
             seats.append(top)
         tables.append(_table(ground, height, top, kind))
-        # The board of a shelf is a part of what is bulky.
-        if kind is not Kind.THING or height <= max_small_height:
-            all_tops |= top
     bulky = _bulky_pieces(highest, n_points / density, grown(all_tops, 0.15))
     rest = [
         _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky
