@@ -195,8 +195,7 @@ def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
     if share <= 0.2:
         return False
     top = ends(table.heights.take(thing.members), 0.02)[1]
-    # What is wholly at a table is one with it, even where readings bend over its edge.
-    return abs(top) < 0.05 or (share > 0.7 and -0.5 < top < 0.10)
+    return abs(top) < 0.05 or (share > 0.7 and -0.5 < top < 0.05)
 
 
 def _share_in(mask: Mask, thing: Thing) -> float:
