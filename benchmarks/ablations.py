@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from curiosight.teacher.supports.tops import Kind, TopView
+
 
 @dataclass(frozen=True)
 class Rule:
     """A rule and what stands in its place when it is left out.
 
     key: its number. where: the name in the module that uses it, "package.module:name" below
-    `curiosight.teacher`, of a function, a method ("Class.method") or a constant; or a setting,
-    "section.name". instead: what is put there.
+    `curiosight.teacher`, of a function, a method ("Class.method") or a constant; or "settings".
+    instead: what is put there, or the settings by name.
     """
 
     key: str
@@ -29,7 +31,7 @@ class Rule:
         """Replace the rule while the block runs; yields the settings that do so, if any."""
         module, is_code, name = self.where.partition(":")
         if not is_code:
-            yield {self.where: self.instead}
+            yield self.instead
             return
         owner: Any = importlib.import_module(f"curiosight.teacher.{module}")
         *parents, last = name.split(".")
@@ -47,6 +49,10 @@ def _no(*_: Any, **__: Any) -> bool:
     return False
 
 
+def _nothing(*_: Any, **__: Any) -> list[Any]:
+    return []
+
+
 def _nowhere(_: Any, points: Any) -> Any:
     return np.zeros(points.depth.shape, np.bool_)
 
@@ -59,39 +65,51 @@ def _each_alone(boxes: Any, *_: Any, **__: Any) -> Any:
     return np.arange(len(boxes))
 
 
+def _never_doubtful(view: TopView, *args: Any) -> Kind:
+    kind = _KIND(view, *args)
+    return Kind.TABLE if kind is Kind.DOUBTFUL else kind
+
+
+_KIND = TopView.kind
+ONLY_TABLES = {"segmentation.min_table_area": 0.25, "segmentation.min_table_diagonal": 0.7}
+TOPS = "supports.tops:TopView"
 RULES = (
-    # Where a view ends, and how exact its sensor is.
+    # V: where a view ends, and how exact its sensor is.
     Rule("V1", "cloud.view:cut_by", _nowhere),
     Rule("V2", "cloud.view:border_mask", _frameless),
-    Rule("V3", "segmentation.follow_sensor", False),
+    Rule("V3", "settings", {"segmentation.follow_sensor": False}),
     Rule("V4", "supports.footing:votes_on_up", lambda points, max_range: points.area),
-    # What is a support.
+    # S: what is a support.
     Rule("S1", "supports.footing:MAX_SHARE_BELOW", 2.0),
-    Rule("S2", "segmentation.min_table_area", 0.25),
-    Rule("S4", "memory.survey:map_tables", lambda *_, **__: ()),
-    Rule("S5", "supports.tops:TopView.standing", lambda *_: []),
-    Rule("S6", "supports.tops:TopView._is_rested_on", _no),
-    Rule("S7", "supports.tops:TopView._is_container", _no),
-    Rule("S8", "supports.tops:TopView._share_seen_around", lambda *_: 1.0),
-    Rule("S9", "supports.tops:MAYBE_INSIDE", 2.0),
-    # What is a wall.
-    Rule("W1", "walls.faces:find_openings", lambda *args, **__: np.zeros(args[4], np.bool_)),
-    Rule("W2", "walls.faces:Face.below_top", lambda face, *_: face),
-    Rule("W3", "walls.surroundings:_before_camera", lambda *_: []),
-    Rule("W4", "walls.headings:Headings.voters", lambda headings: np.zeros(1, np.bool_)),
-    # What is one thing.
+    Rule("S2", "memory.survey:map_tables", lambda *_, **__: ()),
+    Rule("S3", "supports.supports:tops_in_frame", _nothing),
+    Rule("S4", "settings", ONLY_TABLES),
+    Rule("S5", "settings", {"segmentation.max_small_height": 1.3}),
+    Rule("S6", f"{TOPS}.standing", _nothing),
+    Rule("S7", f"{TOPS}._is_rested_on", _no),
+    Rule("S8", f"{TOPS}._is_container", _no),
+    Rule("S9", f"{TOPS}._share_seen_around", lambda *_: 1.0),
+    Rule("S10", f"{TOPS}.kind", _never_doubtful),
+    Rule("S11", "supports.table_map:_bulky_pieces", _nothing),
+    # W: what is a wall.
+    Rule("W1", "walls.surroundings:_before_camera", _nothing),
+    Rule("W2", "walls.faces:find_openings", lambda *args, **__: np.zeros(args[4], np.bool_)),
+    Rule("W3", "walls.faces:Face.below_top", lambda face, *_: face),
+    Rule("W4", "settings", {"segmentation.min_cut_wall_diagonal": 1.5}),
+    # T: what is one thing.
     Rule("T1", "things.things:join_stacked", _each_alone),
     Rule("T2", "things.things:_are_below_camera", lambda boxes, *_: np.zeros(len(boxes), bool)),
     Rule("T3", "things.objects:beside_table", lambda bodies, _: np.zeros(bodies.n, np.bool_)),
-    Rule("T4", "things.objects:set_apart", lambda *_: []),
+    Rule("T4", "things.objects:set_apart", _nothing),
     Rule("T5", "things.objects:part_touching", lambda things, _: things),
     Rule("T6", "things.objects:join_feet", lambda *_, **__: None),
     Rule("T7", "things.objects:find_hollows", lambda number, *_: np.zeros_like(number)),
-    # What is an object.
+    # O: what is an object.
     Rule("O1", "things.verdicts:_is_sparse", _no),
     Rule("O2", "things.verdicts:_is_part_of_table", _no),
     Rule("O3", "things.verdicts:_goes_on_nearer", _no),
     Rule("O4", "things.verdicts:_is_part_of_wall", _no),
     Rule("O5", "things.verdicts:_turns_corner", _no),
     Rule("O6", "things.verdicts:_is_from_above", _no),
+    Rule("O7", "things.verdicts:_least_across", lambda *_, **__: np.inf),
 )

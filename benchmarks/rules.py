@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from ablations import RULES, Rule
+from furniture import draw_views
 
 from curiosight.config import load_config
-from curiosight.datasets import KnowsDistances, KnowsInstances
+from curiosight.datasets import Dataset, KnowsDistances, KnowsInstances
 from curiosight.datasets.dataset import InstanceTruth
 from curiosight.evaluation import TeacherScores, score_frame
 from curiosight.experiments.components import make_teacher
@@ -52,6 +53,12 @@ DRAWN = {
     "arm": "room:{seed},sensor=kinect,views=12,over=table",
 }
 SEEDS = (21, 22)
+# Pieces of furniture that stand free, posed views all round, see `furniture.py`.
+FURNITURE = {
+    "bare furniture": ("cabinet", "armchair", "container", "small-desk"),
+    "laden furniture": ("laden-side-table", "laden-coffee-table", "laden-cabinet"),
+}
+FURNITURE_SEED = 4
 # As for the figures reported: a Kinect's noise grows with the square of the distance.
 DRAWN_RANGE = 3.5
 # Less, in points, is not told.
@@ -61,8 +68,8 @@ LEAST = 0.05
 class Kept:
     """A recording with its frames and truths in memory, so that no rule pays for drawing it."""
 
-    def __init__(self, source: str, n_frames: int, max_range: float = np.inf) -> None:
-        self._dataset = open_source(source)
+    def __init__(self, source: str | Dataset, n_frames: int, max_range: float = np.inf) -> None:
+        self._dataset: Dataset = open_source(source) if isinstance(source, str) else source
         self._frames = [self._dataset[index] for index in range(len(self._dataset))]
         known = [i for i in range(len(self)) if self._dataset.has_ground_truth(i)]
         chosen = np.linspace(0, len(known) - 1, min(n_frames, len(known))).astype(int)
@@ -136,6 +143,9 @@ def open_recordings(data: Path, n_frames: int) -> dict[str, list[Kept]]:
     opened = {name: [Kept(str(data / folder), n_frames)] for name, folder in REAL.items()}
     for name, source in DRAWN.items():
         opened[name] = [Kept(source.format(seed=seed), n_frames, DRAWN_RANGE) for seed in SEEDS]
+    for name, kinds in FURNITURE.items():
+        views = [draw_views(kind, FURNITURE_SEED, "kinect") for kind in kinds]
+        opened[name] = [Kept(one, n_frames, DRAWN_RANGE) for one in views]
     return opened
 
 

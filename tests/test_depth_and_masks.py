@@ -30,16 +30,16 @@ RED, BLUE = (200, 40, 40), (40, 80, 200)
 # On the floor before the camera, faces and tops flush.
 LEFT = Box((-0.2, 0.6, 0.2), (0.4, 0.4, 0.4), RED)
 RIGHT = Box((0.2, 0.6, 0.2), (0.4, 0.4, 0.4), BLUE)
-# Too long together to be one object.
+# Too long together to be one object; their tops are too small to carry something.
 LONG = (
-    Box((-0.3, 0.6, 0.2), (0.6, 0.4, 0.4), RED),
-    Box((0.3, 0.6, 0.2), (0.6, 0.4, 0.4), BLUE),
+    Box((-0.3, 0.6, 0.25), (0.6, 0.11, 0.5), RED),
+    Box((0.3, 0.6, 0.3), (0.6, 0.11, 0.6), BLUE),
 )
 
 
 # The image ends in the first; the other stands beside it, whole.
-CUT = Box((-1.5, 0.6, 0.2), (0.8, 0.4, 0.4), BLUE)
-BESIDE = Box((-0.9, 0.6, 0.2), (0.4, 0.4, 0.4), RED)
+CUT = Box((-1.6, 0.6, 0.2), (0.6, 0.2, 0.4), BLUE)
+BESIDE = Box((-1.15, 0.6, 0.175), (0.3, 0.2, 0.35), RED)
 
 
 def look_at(*boxes: Box) -> tuple[Frame, View]:

@@ -38,7 +38,7 @@ class Drawn:
 
     @property
     def furniture_parts(self) -> list[Part]:
-        return [part for placed in self.furniture for part in placed.parts()]
+        return [part for placed in self.furniture for part in placed.parts(Role.SUPPORT)]
 
     @property
     def parts(self) -> list[Part]:
@@ -130,7 +130,7 @@ def test_no_depth_comes_through_a_window(room: Drawn) -> None:
 
 def boxes(room: Drawn) -> list[tuple[Points, Points]]:
     """Return the corners, seen from above, of the box around each piece of furniture."""
-    meshes = [placed.parts()[0].mesh for placed in room.furniture]
+    meshes = [placed.parts(Role.SUPPORT)[0].mesh for placed in room.furniture]
     return [(low[:2], high[:2]) for low, high in (mesh.bounds for mesh in meshes)]
 
 

@@ -32,6 +32,8 @@ SCENES = ("auto", "floor", "table")
 # Of a 640x480 image, every so many rows and columns are looked at.
 SURVEY_STRIDE = 2
 UPS = ("auto", *MOUNTS)
+# Share of a frame's largest plane that another has, to tell the sensor's noise too.
+MIN_TELLING = 0.1
 
 
 def survey_recording(
@@ -255,11 +257,16 @@ def _noise_on_planes(
 
     Over a whole plane they hold what bends it too, not only what differs between neighbours.
     """
-    deviations = []
+    deviations: list[float] = []
     for points, pose in observed:
-        for plane in _planes_in(points, pose, gravity, settings):
-            xyz = points.xyz[plane.inliers]
-            deviations.append(1.4826 * np.median(np.abs(plane.distance(xyz)) / xyz[:, 2] ** 2))
+        planes = _planes_in(points, pose, gravity, settings)
+        sizes = [np.count_nonzero(plane.inliers) for plane in planes]
+        for plane, size in zip(planes, sizes, strict=True):
+            # Lids of a few points, of several heights, tell more of themselves than of the sensor.
+            if size >= MIN_TELLING * max(sizes):
+                xyz = points.xyz[plane.inliers]
+                deviation = np.median(np.abs(plane.distance(xyz)) / xyz[:, 2] ** 2)
+                deviations.append(1.4826 * float(deviation))
     return n_deviations * float(np.median(deviations)) if deviations else None
 
 
