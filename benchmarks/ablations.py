@@ -79,6 +79,7 @@ RULES = (
     Rule("V2", "cloud.view:border_mask", _frameless),
     Rule("V3", "settings", {"segmentation.follow_sensor": False}),
     Rule("V4", "supports.footing:votes_on_up", lambda points, max_range: points.area),
+    Rule("V5", "supports.footing:find_veils", lambda points: _nowhere(None, points)),
     # S: what is a support.
     Rule("S1", "supports.footing:MAX_SHARE_BELOW", 2.0),
     Rule("S2", "memory.survey:map_tables", lambda *_, **__: ()),

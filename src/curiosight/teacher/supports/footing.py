@@ -18,6 +18,7 @@ from curiosight.teacher.cloud.up import (
     ups_from_normals,
     votes_on_up,
 )
+from curiosight.teacher.cloud.veils import find_veils
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.slab import NOTHING, on_supports
 from curiosight.teacher.supports.supports import (
@@ -42,8 +43,8 @@ class Supports:
     """What the things of a frame stand on.
 
     found: the supports in view, lowest first; none where no point is on one.
-    kinds: (h, w) uint8, what a point is on, see `slab.py`. free: (h, w) bool, on none; both within
-        the range.
+    kinds: (h, w) uint8, what a point is on, see `slab.py`. free: (h, w) bool, on none, and of some
+        surface; both within the range.
     lids: (h, w) bool each, what is straight above or below the top of something on the floor
         that carries nothing.
     """
@@ -80,7 +81,8 @@ def find_footing(
         found = []
     in_range = points.depth <= settings.max_range
     kinds = in_range * on_supports(points, found, settings.noise)
-    return Supports(points, settings, found, kinds, in_range & (kinds == NOTHING), lids)
+    free = in_range & (kinds == NOTHING) & ~find_veils(points)
+    return Supports(points, settings, found, kinds, free, lids)
 
 
 def _supports_in(
