@@ -15,6 +15,7 @@ from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.repeats import Repeats, find_repeats
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
+from curiosight.teacher.cloud.veils import find_veils
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
 from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
@@ -175,7 +176,7 @@ def _tables_at(
     for points, T_world_camera in posed:
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
         surface = level_surface(points, rotation.T @ up, settings.noise)
-        for found, xyz in ((level, surface), (seen, points.xyz.reshape(-1, 3))):
+        for found, xyz in ((level, surface), (seen, points.xyz[~find_veils(points)])):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
     return map_tables(
         np.concatenate(level),
