@@ -63,5 +63,14 @@ def test_a_floor_is_no_veil_up_to_where_it_can_be_measured(height: float) -> Non
     assert not find_veils(points_of(np.tile(floor[:, None], 160))).any()
 
 
+def test_a_few_by_chance_are_none() -> None:
+    depth = np.full((120, 160), 1.0)
+    depth[:, 81:] = 2.0
+    depth[:40, 80] = 1.5
+    assert not find_veils(points_of(depth)).any()
+    depth[:, 80] = 1.5
+    assert np.count_nonzero(find_veils(points_of(depth))) == 120
+
+
 def test_too_small_an_image_has_none() -> None:
     assert not find_veils(points_of(np.ones((2, 2)))).any()

@@ -19,15 +19,22 @@ Array = npt.NDArray[Any]
 # Metres along the view for each metre across it, on both sides of a point: a surface that is turned
 # away from the camera by more than 80 degrees is rather none.
 MIN_SLOPE = 6.0
+# Share of the points that are so in a view of a sensor that smooths: it veils every edge. Others
+# show a tenth of that, by chance.
+MIN_SHARE = 0.004
 
 
 def find_veils(points: Points) -> Mask:
-    """(h, w) bool: the points where depth rises, or falls, steeply from one side to the other."""
+    """(h, w) bool: the points where depth rises, or falls, steeply from one side to the other.
+
+    None where they are few, as in the view of a sensor that has sharp edges.
+    """
     is_veil = np.zeros(points.depth.shape, np.bool_)
     if min(is_veil.shape) >= 3:
         steps = abs(points.x[1] - points.x[0]), abs(points.y[1] - points.y[0])
         _mark_veils(points.depth, MIN_SLOPE * steps[0], MIN_SLOPE * steps[1], is_veil)
-    return is_veil
+    is_rare = np.count_nonzero(is_veil) < MIN_SHARE * is_veil.size
+    return np.zeros_like(is_veil) if is_rare else is_veil
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
