@@ -51,8 +51,8 @@ def test_nothing_is_salient(boxes: tuple[Box, ...], height: float, tilt: float) 
     for frame in frames:
         assert n_salient(teacher.segment(frame).labels) == 0
         alone = Teacher().segment(replace(frame, T_world_camera=None))
-        # One view alone may see a table's legs better than its top.
-        most = 0.012 if boxes is SCENES["a bare table"] else 0
+        # One view alone, from below its top, may see a table's legs better than its top.
+        most = 0.02 if boxes is SCENES["a bare table"] else 0
         assert n_salient(alone.labels) <= most * alone.labels.size
 
 
