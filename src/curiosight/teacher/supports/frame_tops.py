@@ -12,17 +12,14 @@ from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footprint import REACH_PX, largest_piece
-from curiosight.teacher.supports.ground import Ground, Mask, area, closed, diagonal, opened
+from curiosight.teacher.supports.ground import Ground, area, closed, diagonal, opened
 from curiosight.teacher.supports.tops import (
     MAX_HEIGHT,
-    MAX_RISE,
     MIN_HEIGHT,
-    MIN_RISE,
     MIN_SURE,
     WIDEST_GAP,
     Kind,
-    TopView,
-    stands_on_any,
+    SeenFromAbove,
 )
 
 Array = npt.NDArray[Any]
@@ -35,20 +32,22 @@ def tops_in_frame(
 
     The top of what stands on another is none; small lids are left out.
     """
+    planes = [plane for plane in planes if plane.inliers.any()]
     if not planes:
         return []
     where = np.flatnonzero(points.depth <= settings.max_range)
     xyz = points.xyz_at(where)
     ground = Ground.around(xyz, lowest.normal)
     cells, heights = ground.cells(xyz), lowest.distance(xyz)
-    band = noise_band(points.depth.take(where), 0.0, settings.noise)
-    highest = ground.highest(cells, heights)
-    n_over_floor = ground.count(cells[heights > 0.10 + band])
-    is_seen = ground.count(cells) > 0
+    above = SeenFromAbove(
+        ground,
+        cells,
+        heights,
+        max_size=settings.floor.max_size,
+        max_small_height=settings.max_small_height,
+        band=noise_band(points.depth.take(where), 0.0, settings.noise),
+    )
     found: list[tuple[Plane, Kind]] = []
-    lower: list[Mask] = []
-    highest_small = settings.max_small_height
-    seats: list[Mask] = []
     for plane in sorted(planes, key=lambda plane: -plane.offset):
         piece = largest_piece(plane.inliers, points.steps(REACH_PX)).ravel()[where]
         if not piece.any():
@@ -60,19 +59,7 @@ def tops_in_frame(
             continue
         if area(top) < settings.min_table_area or diagonal(top) < settings.min_table_diagonal:
             continue
-        if stands_on_any(top, lower):
-            continue
-        over = plane.distance(xyz)
-        rises = (over > MIN_RISE + band) & (over < MAX_RISE)
-        n_rising = ground.count(cells[rises])
-        n_sides = ground.count(cells[(heights > 0.3 * height) & (heights < 0.8 * height)])
-        view = TopView(
-            height, top, highest, n_sides, n_rising, n_over_floor, is_seen, highest_small
-        )
-        kind = view.kind(settings.floor.max_size, seats)
-        if kind is Kind.FURNITURE:
-            seats.append(top)
-        lower.append(top)
-        if kind is not Kind.THING or diagonal(top) >= MIN_SURE:
+        kind = above.judge(height, top, plane.distance(xyz))
+        if kind is not None and (kind is not Kind.THING or diagonal(top) >= MIN_SURE):
             found.append((plane, kind))
     return found

@@ -29,13 +29,11 @@ from curiosight.teacher.supports.ground import (
 )
 from curiosight.teacher.supports.tops import (
     MAX_HEIGHT,
-    MAX_RISE,
     MIN_HEIGHT,
-    MIN_RISE,
     WIDEST_GAP,
     Kind,
-    TopView,
-    stands_on_any,
+    SeenFromAbove,
+    near_walls,
 )
 
 Array = npt.NDArray[Any]
@@ -120,31 +118,21 @@ def map_tables(
         return ()
     ground = Ground.around(seen, up)
     cells, heights = ground.cells(seen), seen @ up - floor
-    tops: list[tuple[float, Mask]] = []
+    above = SeenFromAbove(
+        ground, cells, heights, max_size=max_size, max_small_height=max_small_height, blur=BLUR
+    )
+    tables: list[Table] = []
+    is_top = np.zeros(ground.shape, np.bool_)
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
     for height, top in sorted(found, key=lambda top: top[0]):
-        # The top of what stands on a table is none.
-        if not stands_on_any(top, [lower for _, lower in tops]):
-            tops.append((height, top))
-    all_tops = np.any([top for _, top in tops], axis=0) if tops else np.zeros(ground.shape, bool)
-    highest = ground.highest(cells, heights)
-    n_points, is_seen = ground.count(cells[heights > 0.10]), ground.count(cells) > 0
-    tables: list[Table] = []
-    seats: list[Mask] = []
-    for height, top in tops:
-        is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
-        rises = (heights > height + MIN_RISE) & (heights < height + MAX_RISE)
-        n_sides, n_rising = ground.count(cells[is_side]), ground.count(cells[rises])
-        view = TopView(
-            height, top, highest, n_sides, n_rising, n_points, is_seen, max_small_height, BLUR
-        )
-        kind = view.kind(max_size, seats)
-        if kind is Kind.FURNITURE:
-            seats.append(top)
-        tables.append(_table(ground, height, top, kind))
-    bulky = _bulky_pieces(highest, n_points / density, grown(all_tops, 0.15))
+        kind = above.judge(height, top, heights - height)
+        if kind is not None:
+            is_top |= top
+            tables.append(_table(ground, height, top, kind))
+    bulky = _bulky_pieces(above.highest, above.n_over_floor / density, grown(is_top, 0.15))
     rest = [
-        _table(ground, float(np.median(highest[piece])), piece, Kind.FURNITURE) for piece in bulky
+        _table(ground, float(np.median(above.highest[piece])), piece, Kind.FURNITURE)
+        for piece in bulky
     ]
     return (*tables, *rest)
 
@@ -218,14 +206,11 @@ def _bulky_pieces(
     is_table: Mask,
     *,
     min_points: int = 6,
-    max_height: float = 1.3,
     min_diagonal: float = 1.1,
 ) -> list[Mask]:
     """Return what stands on the floor and is wider than objects are, such as a sofa's back.
 
     highest, n_points: (rows, columns) of all surfaces over the floor, as frames of 320x240 have.
-    max_height: metres; what is higher is a wall.
     """
-    is_wall = grown(highest >= max_height, 0.12)
-    is_bulk = (n_points >= min_points) & ~is_wall & ~is_table
+    is_bulk = (n_points >= min_points) & ~near_walls(highest) & ~is_table
     return [piece for piece in pieces(is_bulk) if diagonal(piece) >= min_diagonal]

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from curiosight.teacher.supports.ground import (
     CELL,
+    Ground,
     Mask,
     area,
     closed,
@@ -59,9 +60,9 @@ MIN_HIGH_AREA = 0.25
 WIDEST_GAP = 0.25
 
 
-def stands_on_any(top: Mask, lower: list[Mask]) -> bool:
-    """Tell whether a level surface lies over lower ones: it belongs to what stands on them."""
-    return any(np.mean(one[top]) > 0.5 for one in lower)
+def near_walls(highest: Array) -> Mask:
+    """(rows, columns) bool: the cells of a wall and beside it; highest: metres over the floor."""
+    return grown(highest >= WALL_HEIGHT, 0.12)
 
 
 class Kind(Enum):
@@ -153,8 +154,7 @@ class TopView:
 
     def body(self) -> Mask:
         """Return the extent of all that the surface belongs to, walls left out."""
-        is_wall = grown(self.highest >= WALL_HEIGHT, 0.12)
-        is_body = ((self.n_over_floor > 1) & ~is_wall) | self.top
+        is_body = ((self.n_over_floor > 1) & ~near_walls(self.highest)) | self.top
         own = [piece for piece in pieces(is_body) if (piece & self.top).any()]
         return np.asarray(np.any(own, axis=0))
 
@@ -187,3 +187,62 @@ class TopView:
     def _share_seen_around(self, body: Mask) -> float:
         ring = grown(body, 0.12) & ~body
         return float(np.mean(closed(self.is_seen, 0.04)[ring])) if ring.any() else 0.0
+
+
+class SeenFromAbove:
+    """What a recording, or a frame, shows over its floor, in which level surfaces are judged.
+
+    ground: the map that is looked at. cells, heights: (n,) cell and metres over the floor of every
+    point seen. band: (n,) metres that a point may be off, or one number.
+    max_size: see `TopView.kind`. max_small_height, blur: see `TopView`.
+    """
+
+    def __init__(
+        self,
+        ground: Ground,
+        cells: Array,
+        heights: Array,
+        *,
+        max_size: float,
+        max_small_height: float,
+        band: Array | float = 0.0,
+        blur: float = 0.0,
+    ) -> None:
+        self.highest = ground.highest(cells, heights)
+        self.n_over_floor = ground.count(cells[heights > 0.10 + band])
+        self._is_seen = ground.count(cells) > 0
+        self._points = ground, cells, heights, band
+        self._limits = max_size, max_small_height, blur
+        self._lower: list[Mask] = []
+        self._seats: list[Mask] = []
+
+    def judge(self, height: float, top: Mask, over: Array) -> Kind | None:
+        """Return what a surface is, the lowest first; None = it belongs to what stands on another.
+
+        height: metres over the floor. top: (rows, columns) bool. over: (n,) metres of the points
+        over the surface.
+        """
+        if any(np.mean(lower[top]) > 0.5 for lower in self._lower):
+            return None
+        (ground, cells, heights, band), (max_size, max_small_height, blur) = (
+            self._points,
+            self._limits,
+        )
+        rises = (over > MIN_RISE + band) & (over < MAX_RISE)
+        is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
+        view = TopView(
+            height,
+            top,
+            self.highest,
+            ground.count(cells[is_side]),
+            ground.count(cells[rises]),
+            self.n_over_floor,
+            self._is_seen,
+            max_small_height,
+            blur,
+        )
+        kind = view.kind(max_size, self._seats)
+        self._lower.append(top)
+        if kind is Kind.FURNITURE:
+            self._seats.append(top)
+        return kind
