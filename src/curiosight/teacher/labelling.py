@@ -65,12 +65,11 @@ def _packed(things: Things) -> Array:
     """
     around = things.around
     packed = np.empty(things.number.shape, np.int32)
-    tables = [support for support in around.supports if support.is_table]
     _pack(
         things.number,
         things.hollows,
         around.kinds,
-        under_tables(around.points, tables),
+        under_tables(around.points, around.supports),
         around.is_wall,
         _label_of(things.clusters),
         CODE_OF_KIND,

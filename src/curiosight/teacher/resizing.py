@@ -69,7 +69,7 @@ def found_in_own_size(found: Segmentation, repeats: Repeats | None) -> Segmentat
         found,
         labels=repeats.pick(found.labels),
         cluster_of_pixel=repeats.pick(found.cluster_of_pixel),
-        found=None if found.found is None else picked(found.found, repeats),
+        found=None if found.found is None else repeats.pick(found.found),
         clusters=tuple(
             replace(cluster, n_pixels=round(cluster.n_pixels * per_pixel))
             for cluster in found.clusters

@@ -125,8 +125,7 @@ class TemporalTeacher:
 
 def _may_be_object(alone: Segmentation, stride: int) -> Array:
     """(h, w) bool: all but what lies under a table: its legs and apron are close to objects."""
-    if alone.found is None:
-        return np.ones(alone.labels[::stride, ::stride].shape, np.bool_)
+    assert alone.found is not None
     is_under = alone.found[::stride, ::stride] == CODE_OF[UNDER_TABLE]
     in_cluster = alone.cluster_of_pixel[::stride, ::stride] > 0
     return np.asarray(in_cluster | ~is_under)

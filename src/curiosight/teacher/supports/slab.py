@@ -15,8 +15,6 @@ from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
-
-
 # What a point can be on, in the order in which one tells more than another.
 NOTHING, ON_FLOOR, ON_TABLE, ON_FURNITURE, ON_DOUBTFUL = range(5)
 ON: dict[Kind, int] = {
@@ -36,12 +34,12 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ar
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
         is_known = support.core is not None or support.kind is Kind.DOUBTFUL
-        is_known &= support.extent is not None
+        extent = support.extent if is_known else None
         _mark_on(
             points.depth,
             points.normals,
             support.heights,
-            support.extent if is_known and support.extent is not None else everywhere,
+            everywhere if extent is None else extent,
             support.plane.normal.astype(np.float32),
             support.settings.slab,
             noise,

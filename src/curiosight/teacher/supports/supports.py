@@ -21,7 +21,7 @@ from curiosight.teacher.cloud.ranks import median
 from curiosight.teacher.settings import SegmentationSettings, SupportSettings
 from curiosight.teacher.supports.footprint import REACH_PX, above_footprint, largest_piece
 from curiosight.teacher.supports.frame_tops import tops_in_frame
-from curiosight.teacher.supports.table_map import MARGIN
+from curiosight.teacher.supports.table_map import MARGIN, MAX_CORE
 from curiosight.teacher.supports.tops import Kind
 
 Array = npt.NDArray[Any]
@@ -77,7 +77,7 @@ class KnownTable:
 
     offset: float
     inset: Array
-    core: float = 0.25
+    core: float = MAX_CORE
     kind: Kind = Kind.TABLE
 
 

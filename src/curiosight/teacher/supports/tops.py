@@ -54,8 +54,6 @@ MIN_SEEN_AROUND = 0.6
 MIN_SURE = 0.7
 # Square metres of a high one that is no sill and no shelf's board, see `max_small_height`.
 MIN_HIGH_AREA = 0.25
-
-
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
 WIDEST_GAP = 0.25
 

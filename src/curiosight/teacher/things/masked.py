@@ -17,7 +17,14 @@ from scipy.spatial import cKDTree
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.things.clusters import euclidean_clusters
 from curiosight.teacher.things.groups import Groups
-from curiosight.teacher.things.things import Thing, are_standing, measure_things, places_over
+from curiosight.teacher.things.things import (
+    MAX_AT_BORDER,
+    Thing,
+    are_standing,
+    measure_things,
+    number_points,
+    places_over,
+)
 from curiosight.teacher.things.verdicts import Verdict, judge
 from curiosight.teacher.walls.surroundings import Surroundings
 
@@ -38,9 +45,7 @@ def part_along_masks(judged: Judged, regions: Array, around: Surroundings) -> Ju
 
     regions: (h, w) int32, a number an instance of the masks, 0 = none.
     """
-    whose = np.zeros(regions.shape, np.int32)
-    for number, (thing, _) in enumerate(judged, start=1):
-        whose.ravel()[thing.members] = number
+    whose = number_points((thing for thing, _ in judged), regions.shape)
     trusted = _Regions(regions, around)
     parted: Judged = []
     for number, (thing, verdict) in enumerate(judged, start=1):
@@ -80,7 +85,9 @@ class _Regions:
         is_background = n_background > MAX_BACKGROUND * (self.n_free + n_background)
         is_background[0] = True
         self.number: Array = np.where(is_background, 0, np.arange(n)).take(regions)
-        self.is_cut = count(around.border) > 0.02 * np.bincount(regions.ravel(), minlength=n)
+        self.is_cut = count(around.border) > MAX_AT_BORDER * np.bincount(
+            regions.ravel(), minlength=n
+        )
 
 
 def _pieces(members: Array, thing: Thing, regions: _Regions, around: Surroundings) -> Array:
@@ -129,10 +136,7 @@ def _divided(members: Array, piece: Array, thing: Thing, around: Surroundings) -
     objects = [part for part in pieces if judge(part, around) is Verdict.OBJECT]
     if len(objects) < 2:
         return []
-    owner = np.zeros(around.points.depth.shape, np.int64)
-    for number, part in enumerate(objects, start=1):
-        owner.ravel()[part.members] = number
-    owner_of: Array = owner.take(members)
+    owner_of: Array = number_points(objects, around.points.depth.shape).take(members)
     is_owned = owner_of > 0
     xyz = around.points.xyz_at(members)
     _, nearest = cKDTree(xyz[is_owned]).query(xyz[~is_owned])

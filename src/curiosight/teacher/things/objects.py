@@ -16,7 +16,7 @@ from curiosight.teacher.things.feet import join_feet
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.masked import part_along_masks
 from curiosight.teacher.things.set_apart import set_apart
-from curiosight.teacher.things.things import Thing, find_things
+from curiosight.teacher.things.things import Thing, find_things, number_points
 from curiosight.teacher.things.touching import part_touching
 from curiosight.teacher.things.verdicts import Cluster, Verdict, judge
 from curiosight.teacher.walls.surroundings import Surroundings
@@ -54,9 +54,7 @@ def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
     judged = _judged(things, bodies, around)
     if regions is not None:
         judged = part_along_masks(judged, regions, around)
-    number = np.zeros(free.shape, np.int32)
-    for thing_number, (thing, _) in enumerate(judged, start=1):
-        number.ravel()[thing.members] = thing_number
+    number = number_points((thing for thing, _ in judged), free.shape)
     carrier = np.array([-1, *(t.support if v is Verdict.OBJECT else -1 for t, v in judged)])
     for place, support in enumerate(around.supports):
         join_feet(

@@ -14,6 +14,7 @@ from curiosight.teacher.things.things import (
     Thing,
     are_standing,
     measure_things,
+    number_points,
     places_over,
 )
 from curiosight.teacher.walls.surroundings import Surroundings
@@ -33,9 +34,7 @@ def set_apart(things: list[Thing], bodies: Bodies, around: Surroundings) -> list
     the image a step in depth parts them.
     """
     depth, noise = around.points.depth, around.settings.noise
-    whose = np.zeros(depth.shape, np.int32)
-    for number, thing in enumerate(things, start=1):
-        whose.ravel()[thing.members] = number
+    whose = number_points(things, depth.shape)
     body = np.where(whose > 0, bodies.number, 0)
     _join_edges(whose, body, depth, noise)
     counts = np.zeros((bodies.n, 2), np.int64)

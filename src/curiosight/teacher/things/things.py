@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -155,6 +156,14 @@ def measure_things(
         for members, place, box, size, *rest in measured
         if len(members) >= min_points
     ]
+
+
+def number_points(things: Iterable[Thing], shape: tuple[int, ...]) -> npt.NDArray[np.int32]:
+    """(h, w) int32: 1 + the place of the thing that each point of a grid is in; 0 = in none."""
+    number = np.zeros(shape, np.int32)
+    for place, thing in enumerate(things, start=1):
+        number.ravel()[thing.members] = place
+    return number
 
 
 def are_standing(groups: Groups, places: Array, support: Array, around: Surroundings) -> Array:

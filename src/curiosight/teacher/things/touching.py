@@ -16,7 +16,7 @@ from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
 from curiosight.teacher.things.meetings import TOUCHING, Patches
 from curiosight.teacher.things.patches import find_patches
-from curiosight.teacher.things.things import Thing, measure_things, places_over
+from curiosight.teacher.things.things import Thing, measure_things, number_points, places_over
 from curiosight.teacher.things.union import join_linked, join_nodes, number_sets
 from curiosight.teacher.walls.surroundings import Surroundings
 
@@ -34,10 +34,7 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     """
     box, noise = _box_around(things), around.settings.noise
     points = _window(around.points, box)
-    thing: Array = np.zeros(around.points.depth.shape, np.int32)
-    for number, one in enumerate(things, start=1):
-        thing.ravel()[one.members] = number
-    thing = np.ascontiguousarray(thing[box])
+    thing: Array = np.ascontiguousarray(number_points(things, around.points.depth.shape)[box])
     patch = find_patches(thing, points, noise)
     # A thing without a patch stays in one piece.
     patch = np.where(patch > 0, patch, np.where(thing > 0, patch.max() + thing, 0))

@@ -24,8 +24,6 @@ Array = npt.NDArray[Any]
 STRAY_PX, TORN_PX = 50, 6
 # Over a crease, where no normal is known, in pixels of a 640x480 image.
 CREASE_PX = 18
-
-
 # Share of a thing that is straight above or below a surface which is its own.
 MIN_UNDER_LID = 0.3
 
