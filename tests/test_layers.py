@@ -76,6 +76,9 @@ def upward_imports(source: str, module: Path) -> set[str]:
     part = part_of(module)
     names = imported(ast.walk(ast.parse(source)), module)
     used = {name.split(".")[1] for name in names if name.startswith("curiosight.")} - {part}
+    # The public names stand over all but what a user calls.
+    if "curiosight" in names and ROW_OF[part] < ROW_OF["cli"]:
+        return {"__init__"}
     return {
         other
         for other in used & ROW_OF.keys()
@@ -139,8 +142,9 @@ def test_house_is_small_enough_to_know() -> None:
 
 
 def rooms_named(names: set[str]) -> set[str]:
+    whole = {"__init__"} if "curiosight" in names else set()
     inside = {name.split(".")[1] for name in names if name.startswith("curiosight.")}
-    return {name if name in ROW_OF else "__init__" for name in inside}
+    return whole | {name if name in ROW_OF else "__init__" for name in inside}
 
 
 @pytest.mark.parametrize(
@@ -153,6 +157,8 @@ def rooms_named(names: set[str]) -> set[str]:
         ("worlds/replay.py", "from curiosight import cli, frame", {"cli"}),
         ("worlds/replay.py", "from .world import World\nimport numpy", set()),
         ("learner/forest.py", "from curiosight.learner.forest_kernels import grow", set()),
+        ("experiments/racing.py", "import curiosight", {"__init__"}),
+        ("cli/app.py", "import curiosight", set()),
     ],
 )
 def test_upward_imports_are_found(module: str, source: str, expected: set[str]) -> None:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-import curiosight
 from curiosight.errors import DataError, printable
 
 FIGURES = ("median_ms", "p90_ms", "processor_median_ms", "processor_p90_ms")
@@ -32,39 +31,36 @@ class StoppedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """A build of the program: a Python interpreter, and the package it imports.
+    """A build of the program, by the Python interpreter that imports it.
 
     path: PYTHONPATH of its runs; None = without, the environment alone counts.
     """
 
     python: Path
-    package: Path
-    version: str
     path: str | None = None
 
     @classmethod
     def this(cls) -> Build:
         """Return the build that runs."""
-        package = Path(curiosight.__file__).parent
-        path = os.pathsep.join([str(package.parent), os.environ.get("PYTHONPATH", "")])
-        return cls(Path(sys.executable), package, curiosight.__version__, path)
+        sources = Path(__file__).parents[2]
+        path = os.pathsep.join([str(sources), os.environ.get("PYTHONPATH", "")])
+        return cls(Path(sys.executable), path)
 
-    @classmethod
-    def of(cls, python: Path) -> Build:
-        """Return what another interpreter's environment holds.
+    def package(self) -> tuple[Path, str]:
+        """Return the folder of the package that is imported, and its version.
 
         Raises `DataError` where there is no such interpreter, or no curiosight in it.
         """
-        if not python.is_file():
-            found = "is a folder" if python.is_dir() else "is no file"
+        if not self.python.is_file():
+            found = "is a folder" if self.python.is_dir() else "is no file"
             remedy = "name the interpreter of the other build, such as other/.venv/bin/python"
-            raise DataError(python, found, remedy)
-        done = _run([*_call(python), "-c", _TELL], None)
+            raise DataError(self.python, found, remedy)
+        done = _run([*_call(self.python), "-c", _TELL], self.path)
         told = done.stdout.splitlines()
         if done.returncode or len(told) != 2:
             found = f"has no curiosight ({_last_line(done.stderr) or 'it said nothing'})"
-            raise DataError(python, found, "install the other build there")
-        return cls(python, Path(told[0]).parent, told[1])
+            raise DataError(self.python, found, "install the other build there")
+        return Path(told[0]).parent, told[1]
 
     def bench(self, arguments: Sequence[str]) -> dict[str, Any]:
         """Return what `curiosight bench` measures.
@@ -104,7 +100,8 @@ class Race:
             raise ValueError(f"rounds: expected 1 or more, got {n_rounds}")
         self.n_rounds = n_rounds
         self._arguments = list(arguments)
-        self.builds = {"this": Build.this(), "other": Build.of(python)}
+        self.builds = {"this": Build.this(), "other": Build(python)}
+        self._package, self._version = self.builds["other"].package()
         self.rounds: list[dict[str, dict[str, Any] | None]] = []
 
     def __iter__(self) -> Iterator[dict[str, float]]:
@@ -134,15 +131,14 @@ class Race:
         """Return this build's figures, medians over the rounds, and `against`: both builds'."""
         first = self.rounds[0]["this"]
         assert first is not None
-        other = self.builds["other"]
         stages = {stage: _stage_figures(stage, self.rounds) for stage in first["stages"]}
         return {
             **first,
             "stages": {stage: figures["this"] for stage, figures in stages.items()},
             "against": {
-                "python": str(other.python),
-                "package": str(other.package),
-                "version": other.version,
+                "python": str(self.builds["other"].python),
+                "package": str(self._package),
+                "version": self._version,
                 "rounds": len(self.rounds),
                 "stages": stages,
             },

@@ -123,7 +123,8 @@ class Timing:
     def _make_teachers(self) -> None:
         """Make what labels frames: alone, with memory, and what the learner hears."""
         config, dataset = self.config, self._dataset
-        survey = survey_dataset(config, dataset)
+        # Only depth is surveyed; both teachers of it share what that finds.
+        survey = survey_dataset(config, dataset) if config.teacher.is_depth else None
         self.teacher = make_teacher(config, dataset, survey)
 
         def remembering() -> Teaches:
