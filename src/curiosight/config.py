@@ -61,6 +61,8 @@ class LearnerConfig:
     contrast: 15 features more, of how superpixels differ from their surroundings.
     blind_share: of the pixels, taken from where depth says nothing, as not salient.
     follow_edges: maps follow the image's edges.
+    max_places: so many places at most have forests of their own; 0 = one forest for everywhere.
+    is_calibrated: scores are scaled so that the threshold has the best F1.
     """
 
     rows_per: RowsPer = "pixel"
@@ -70,6 +72,8 @@ class LearnerConfig:
     n_pixels: int = 700
     blind_share: float = 0.0
     follow_edges: bool = False
+    max_places: int = 0
+    is_calibrated: bool = False
     threshold: float = 0.5
 
 
@@ -180,6 +184,8 @@ class Config:
                 contrast=True,
                 blind_share=0.02,
                 follow_edges=True,
+                max_places=16,
+                is_calibrated=True,
             ),
             forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
         )

@@ -31,7 +31,7 @@ def explore(
     for index in range(n_steps):
         viewpoint = strategy.choose()
         cost = world.move_to(viewpoint)
-        observation = learner.observe(world.capture(), group=viewpoint.region)
+        observation = learner.observe(world.capture())
         strategy.update(viewpoint, observation.error)
         progress = strategy.progress_of(viewpoint.region)
         yield Step(index, viewpoint, cost, observation, progress)

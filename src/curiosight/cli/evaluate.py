@@ -142,7 +142,7 @@ def evaluate(
 def _tell_learned(talk: Talk, evaluation: Evaluation | CrossValidation) -> bool:
     """Tell where too little was learned; return whether anything was that was to be."""
     if isinstance(evaluation, Evaluation):
-        if not evaluation.learner.forest.is_trained:
+        if not evaluation.learner.is_trained:
             talk.warn(NOTHING_LEARNED)
         return True
     n_folds, n_untrained = len(evaluation.folds), evaluation.n_untrained

@@ -172,7 +172,7 @@ def _problems(
     if isinstance(evaluation, CrossValidation):
         has_learned = evaluation.n_untrained < len(evaluation.folds)
         yield from lesson_problems(evaluation.off_line.lessons, has_learned=has_learned)
-    elif not evaluation.learner.forest.is_trained:
+    elif not evaluation.learner.is_trained:
         yield NOTHING_LEARNED
     if metrics["pooled"]["all"]["roc_auc"] is None:
         yield NO_CLASSES

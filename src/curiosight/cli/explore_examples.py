@@ -23,7 +23,7 @@ def example_of(run: Exploration, step: Step) -> Example:
         frame.id,
         frame.rgb,
         step.observation.segmentation,
-        run.learner.saliency(frame.rgb),
+        run.learner.saliency(frame.rgb, frame.T_world_camera),
         _ground_truth(run.dataset, step.viewpoint.index),
     )
 
@@ -41,7 +41,7 @@ def unseen_examples(run: Exploration) -> Iterator[Example]:
                 frame.id,
                 frame.rgb,
                 None if teacher is None else teacher.segment(frame),
-                run.learner.saliency(frame.rgb),
+                run.learner.saliency(frame.rgb, frame.T_world_camera),
                 _ground_truth(run.truth.dataset, index),
             )
 

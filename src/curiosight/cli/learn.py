@@ -83,12 +83,12 @@ def learn(
             summary = off_line.summary()
             folder.write_json("summary.json", summary)
     talk.warn_of(off_line.problems, summary["frames"], "taught nothing")
-    tell_lessons(talk, off_line.lessons, has_learned=learner.forest.is_trained)
+    tell_lessons(talk, off_line.lessons, has_learned=learner.is_trained)
     talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; the model of these is kept")
         raise typer.Exit(ctrl_c.status)
-    if not learner.forest.is_trained:
+    if not learner.is_trained:
         raise typer.Exit(LEARNED_NOTHING_STATUS)
 
 

@@ -14,7 +14,8 @@ from curiosight.config import load_config
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.mapping import Mapping
 from curiosight.experiments.output import OutputFolder
-from curiosight.learner.learner import SaliencyLearner
+from curiosight.frame import Frame
+from curiosight.learner.learner import Saliency, SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
 from curiosight.worlds.sources import open_source
@@ -31,6 +32,15 @@ def map_(
     ],
     overlay: Annotated[
         bool, typer.Option("--overlay", metavar="", help="Also write overlays/<id>.jpg.")
+    ] = False,
+    no_poses: Annotated[
+        bool,
+        typer.Option(
+            "--no-poses",
+            metavar="",
+            help="Do not tell the model from where images were taken, as where its world is "
+            "another: what they look like says which place they show.",
+        ),
     ] = False,
     config: Annotated[
         Path | None,
@@ -56,7 +66,11 @@ def map_(
     learner = SaliencyLearner.load(load_run_model(run))
     dataset = open_source(source, reading=settings.reading)
     talk.introduce(source, dataset, for_depth=False)
-    mapping = Mapping(settings, learner.saliency, dataset, folder)
+
+    def saliency_of(frame: Frame) -> Saliency:
+        return learner.saliency(frame.rgb, None if no_poses else frame.T_world_camera)
+
+    mapping = Mapping(settings, saliency_of, dataset, folder)
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
         for frame, saliency in mapping:
             if overlay and saliency is not None:
@@ -64,7 +78,7 @@ def map_(
                 folder.write_image(f"overlays/{frame.id}.jpg", picture)
             shown.advance()
     talk.warn_of(mapping.problems, len(dataset), "could not be mapped")
-    if not learner.forest.is_trained:
+    if not learner.is_trained:
         talk.warn("the model has not seen both objects and surroundings yet: every map is black")
     facts = {"images": mapping.n_mapped, "bad_images": mapping.n_seen - mapping.n_mapped}
     rows = {"images": mapping.n_mapped, "written to": folder.path}

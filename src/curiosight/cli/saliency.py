@@ -46,7 +46,8 @@ def saliency(
     settings = load_config(overrides=reading)
     dataset = open_source(source, reading=settings.reading)
     talk.introduce(source, dataset, for_depth=False)
-    mapping = Mapping(settings, METHODS[method], dataset, folder)
+    find = METHODS[method]
+    mapping = Mapping(settings, lambda frame: find(frame.rgb), dataset, folder)
     following = talk.following(method, len(dataset))
     with announce_compilation(talk.console), CtrlC() as ctrl_c, following as shown:
         for _ in ctrl_c.until_pressed(mapping):

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label, Rgb
-from curiosight.learner.learner import Labels, SaliencyLearner, fit_labels
+from curiosight.frame import Frame, Label, Pose
+from curiosight.learner.experts import Change
+from curiosight.learner.features import Rows
+from curiosight.learner.learner import Description, Labels, SaliencyLearner, fit_labels
+
+Votes = npt.NDArray[np.float32]
 
 # The authors score a grid of pixels too: their code shrinks maps and labels before comparing.
 GRID = 4
@@ -21,20 +26,22 @@ class HeldOut:
     are scored with all of their pixels; where every pixel has a row of its own, only each
     `GRID`-th pixel of each `GRID`-th line of the shrunken image is.
 
-    frames: pairs of an (H, W, 3) RGB image and its (H, W) labels: 255 salient, 0 not salient,
-        anything else ignored.
+    frames: pairs of a frame and its (H, W) labels: 255 salient, 0 not salient, anything else
+        ignored. Of a frame its colour and its pose count.
     n_frames: those with a salient pixel. Only they have an F1, and count in the overall error,
         as in the authors' code (F1 = 0/0 is skipped); what is marked in the others counts in
         `pooled_error`.
     n_given: all frames.
     """
 
-    def __init__(self, learner: SaliencyLearner, frames: Iterable[tuple[Rgb, Labels]]) -> None:
-        rows, salient, other, starts = [], [], [], [0]
+    def __init__(self, learner: SaliencyLearner, frames: Iterable[tuple[Frame, Labels]]) -> None:
+        salient, other, starts = [], [], [0]
         self.n_given = 0
-        for rgb, labels in frames:
+        self._learner = learner
+        self._views: list[tuple[Description, Pose | None]] = []
+        for frame, labels in frames:
             self.n_given += 1
-            description = learner.describe(rgb)
+            description = learner.describe(frame.rgb)
             counted = fit_labels(labels, description)
             if learner.rows_per == "pixel":
                 coarse = np.full_like(counted, Label.UNKNOWN)
@@ -44,31 +51,31 @@ class HeldOut:
             used = n_salient + n_other > 0
             if not used.any():
                 continue
-            rows.append(description.rows[used])
+            scored = replace(description, rows=description.rows[used])
+            self._views.append((scored, frame.T_world_camera))
             salient.append(n_salient[used])
             other.append(n_other[used])
             starts.append(starts[-1] + int(used.sum()))
         self.n_frames = sum(bool(counts.any()) for counts in salient)
         self._starts = np.array(starts[:-1], np.int64)
-        self._rows = np.concatenate(rows) if rows else np.empty((0, 0), np.uint8)
-        self._salient = np.concatenate(salient) if rows else np.empty(0, np.int64)
-        self._other = np.concatenate(other) if rows else np.empty(0, np.int64)
-        self._forest = learner.forest
-        self._threshold = learner.threshold
-        self._votes: npt.NDArray[np.float32] | None = None
+        self._salient = np.concatenate([np.empty(0, np.int64), *salient])
+        self._other = np.concatenate([np.empty(0, np.int64), *other])
+        # Of each view which forests are asked; of each forest the votes for all who ask it.
+        self._asked: list[dict[int, float]] = []
+        self._votes: dict[int, Votes] = {}
 
-    def overall_error(self, regrown: Sequence[int] | None = None) -> float | None:
+    def overall_error(self, change: Change | None = None) -> float | None:
         """Return the mean over the frames of 1 - F1 (eq. 1); None without any frame.
 
-        regrown: the trees that changed since the last call; None = all of them.
+        change: what was learned since the last call; None = everything may be another.
         """
         if self.n_frames == 0:
             return None
-        if self._votes is None or regrown is None:
-            self._votes = self._forest.votes(self._rows)
-        elif regrown:
-            self._votes[:, list(regrown)] = self._forest.votes(self._rows, regrown)
-        hits, marked_or_salient = self._count(self._votes)
+        if change is None or change.is_rearranged or not self._asked:
+            self._ask_all()
+        else:
+            self._ask_again(change.trees)
+        hits, marked_or_salient = self._count()
         salient = np.add.reduceat(self._salient, self._starts)
         scored = salient > 0
         return float(np.mean(1 - 2 * hits[scored] / marked_or_salient[scored]))
@@ -78,16 +85,46 @@ class HeldOut:
 
         Here false alarms in frames without anything salient count too. None as there, and before.
         """
-        if self.n_frames == 0 or self._votes is None:
+        if self.n_frames == 0 or not self._asked:
             return None
-        hits, marked_or_salient = self._count(self._votes)
+        hits, marked_or_salient = self._count()
         return float(1 - 2 * hits.sum() / marked_or_salient.sum())
 
-    def _count(
-        self, votes: npt.NDArray[np.float32]
-    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    def _ask_all(self) -> None:
+        """Find out which forests know each view, and ask all their trees."""
+        self._asked = [self._learner.places_of(*view) for view in self._views]
+        asking = {key for asked in self._asked for key in asked}
+        forests = self._learner.experts.forests()
+        self._votes = {key: forests[key].votes(self._rows_for(key)) for key in sorted(asking)}
+
+    def _ask_again(self, regrown: Mapping[int, tuple[int, ...]]) -> None:
+        """Ask the trees that changed."""
+        forests = self._learner.experts.forests()
+        for key, trees in regrown.items():
+            if key in self._votes and trees:
+                self._votes[key][:, list(trees)] = forests[key].votes(self._rows_for(key), trees)
+
+    def _rows_for(self, key: int) -> Rows:
+        """Return the rows of the views that ask a forest, one after the other."""
+        pairs = zip(self._views, self._asked, strict=True)
+        return np.concatenate([view.rows for (view, _), asked in pairs if key in asked])
+
+    def _scores(self) -> npt.NDArray[np.float32]:
+        """Return the saliency of all rows of all views."""
+        means = {key: votes.mean(axis=1) for key, votes in self._votes.items()}
+        used = dict.fromkeys(means, 0)
+        parts = []
+        for (view, _), asked in zip(self._views, self._asked, strict=True):
+            score = np.zeros(len(view.rows), np.float32)
+            for key, weight in asked.items():
+                start, used[key] = used[key], used[key] + len(score)
+                score += np.float32(weight) * means[key][start : used[key]]
+            parts.append(score)
+        return self._learner.scale(np.concatenate(parts))
+
+    def _count(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Return each frame's pixels rightly predicted salient, and predicted plus truly so."""
-        predicted = votes.mean(axis=1) > self._threshold
+        predicted = self._scores() > self._learner.threshold
         hits = np.add.reduceat(self._salient * predicted, self._starts)
         false_alarms = np.add.reduceat(self._other * predicted, self._starts)
         salient = np.add.reduceat(self._salient, self._starts)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.places import Places
 from curiosight.rooms.views import RoomViews
 from curiosight.teacher import (
     PaperTeacher,
@@ -178,6 +180,8 @@ def make_learner(
         follow_edges=config.learner.follow_edges,
         n_superpixels=config.learner.n_superpixels,
         threshold=config.learner.threshold,
+        places=Places(config.learner.max_places) if config.learner.max_places else None,
+        is_calibrated=config.learner.is_calibrated,
         seed=rng,
     )
 
@@ -199,7 +203,6 @@ def load_learner(
         seed=config.run.seed if rng is None else rng,
         n_threads=config.run.n_threads,
     )
-    forest = learner.forest
     return learner, with_model(
         config,
         LearnerConfig(
@@ -211,18 +214,18 @@ def load_learner(
             blind_share=learner.blind_share,
             follow_edges=learner.follow_edges,
             threshold=learner.threshold,
+            max_places=learner.places.max_places if learner.places is not None else 0,
+            is_calibrated=learner.calibration is not None,
         ),
-        ForestConfig(
-            n_trees=forest.n_trees,
-            n_regrown=forest.n_regrown,
-            share=forest.share,
-            max_samples=forest.max_samples,
-            max_depth=forest.max_depth,
-            min_split=forest.min_split,
-            n_split_features=forest.n_split_features % forest.n_features,
-            vote=forest.vote,
-        ),
+        _forest_config(learner.experts.settings()),
     )
+
+
+def _forest_config(settings: Mapping[str, Any]) -> ForestConfig:
+    """Return the settings of a model's forests, as a file of settings has them."""
+    is_all = settings["n_split_features"] == settings["n_features"]
+    named = {name: settings[name] for name in settings if name != "n_features"}
+    return ForestConfig(**named | ({"n_split_features": 0} if is_all else {}))
 
 
 def note_frames(learner: SaliencyLearner, dataset: Dataset, ids: Iterable[str]) -> None:

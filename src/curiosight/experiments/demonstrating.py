@@ -68,7 +68,7 @@ class Demonstration:
         """Find objects in the rearranged room by colour alone; yield view by view."""
         for index in range(len(self.rearranged)):
             look = self.rearranged.look(index)
-            saliency = self.exploration.learner.saliency(look.frame.rgb)
+            saliency = self.exploration.learner.saliency(look.frame.rgb, look.frame.T_world_camera)
             _add(self._scores, look, saliency)
             _add(self._baseline_scores, look, fine_grained(look.frame.rgb))
             self._n_tested += 1

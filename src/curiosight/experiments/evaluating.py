@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,7 @@ class CrossValidation:
         yield from self.off_line
         for training, test in self.folds:
             learner = self.off_line.fit(training.tolist())
-            self.n_untrained += not learner.forest.is_trained
+            self.n_untrained += not learner.is_trained
             tested = tuple(sorted(set(self.truth.indices) & set(test.tolist())))
             part = replace(self.truth, indices=tested)
             yield from _score(self.scores, learner, part, self.problems, self.comparison)
@@ -183,11 +184,12 @@ def _score(
             if labels is not None:
                 taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
                 distances = truth.true_depth(index)
+                learned = partial(learner.saliency, T_world_camera=frame.T_world_camera)
                 if comparison is None:
-                    saliency = learner.saliency(frame.rgb)
+                    saliency = learned(frame.rgb)
                     scores.add(frame.id, saliency, labels, taught, frame.depth, distances)
                 else:
-                    comparison.add(Judged(frame, labels, taught, distances), learner.saliency)
+                    comparison.add(Judged(frame, labels, taught, distances), learned)
             yield frame
 
 

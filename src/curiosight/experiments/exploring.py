@@ -221,8 +221,9 @@ class Exploration:
     def _watch(self) -> Stopwatch:
         stopwatch = Stopwatch()
         stopwatch.watch(self.world, "capture")
-        for stage in ("describe", "segment", "predict", "learn"):
+        for stage in ("describe", "segment", "learn"):
             stopwatch.watch(self.learner, stage)
+        stopwatch.watch(self.learner, "vote", "predict")
         stopwatch.watch(self.held_out, "overall_error", "test")
         return stopwatch
 
@@ -231,7 +232,7 @@ class Exploration:
         observation = step.observation
         self.problems.add_told(observation.frame, observation.segmentation)
         self.lessons.add(observation.frame, observation.segmentation)
-        self._n_regrown += len(observation.regrown)
+        self._n_regrown += observation.change.n_regrown
         self._odometer.add(step.viewpoint.T_world_camera)
         return StepRow(
             step=step.index,
@@ -239,10 +240,10 @@ class Exploration:
             region=step.viewpoint.region,
             error=observation.error,
             learning_progress=step.learning_progress,
-            samples=self.learner.forest.n_samples,
+            samples=self.learner.n_samples,
             metres=self._odometer.metres,
             degrees=self._odometer.degrees,
-            overall_error=self.held_out.overall_error(observation.regrown),
+            overall_error=self.held_out.overall_error(observation.change),
         )
 
     def _summary(self) -> dict[str, Any]:

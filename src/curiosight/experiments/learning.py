@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from copy import copy, deepcopy
 from functools import cached_property
 from typing import Any
-
-import numpy as np
-import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
@@ -21,13 +17,11 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.frame import Frame
-from curiosight.learner.features import Rows
-from curiosight.learner.learner import SaliencyLearner, Teaches, fit_labels
+from curiosight.learner.learner import Lesson, SaliencyLearner, Teaches, fit_labels
 from curiosight.teacher import Survey
 
 SPARE = 4
 SO_FAR = 20_000
-Samples = tuple[Rows, npt.NDArray[np.bool_]]
 
 
 class OffLine:
@@ -48,7 +42,7 @@ class OffLine:
         self._n_pixels = max(1, min(config.learner.n_pixels, spare))
         self.problems = Problems()
         self.lessons = Lessons()
-        self._samples: dict[int, Samples] = {}
+        self._lessons: dict[int, Lesson] = {}
 
     @cached_property
     def survey(self) -> Survey:
@@ -59,7 +53,7 @@ class OffLine:
         """Sample each frame; yield it when its samples are taken."""
         with Prefetch(self.dataset, memory_mb=self.config.run.memory_mb) as frames:
             for index, frame in enumerate(frames.in_order(range(len(self.dataset)))):
-                self._samples[index] = self._sample(frame)
+                self._lessons[index] = self._lesson(frame)
                 yield frame
 
     def fit(self, indices: Iterable[int] | None = None) -> SaliencyLearner:
@@ -68,7 +62,7 @@ class OffLine:
         It is always the same model, which forgets what it knew. It stays untrained where the
         frames did not show both objects and what is none.
         """
-        self._fit(self.learner, list(self._samples if indices is None else indices))
+        self._fit(self.learner, list(self._lessons if indices is None else indices))
         return self.learner
 
     def so_far(self) -> SaliencyLearner:
@@ -78,30 +72,33 @@ class OffLine:
         that it takes some tenths of a second however long the recording is.
         """
         # The chance too is copied, and the forest is empty before the first fit: soon done.
-        learner = copy(self.learner)
-        learner.forest, learner.notes = deepcopy(self.learner.forest), {}
-        self._fit(learner, list(self._samples), most=SO_FAR)
+        learner = make_learner(self.config, None)
+        self._fit(learner, list(self._lessons), most=SO_FAR)
         return learner
 
     def _fit(self, learner: SaliencyLearner, used: list[int], most: int | None = None) -> None:
-        """Grow the trees on at most so many samples of the frames `used`, and note those."""
-        chosen = [self._samples[index] for index in used]
-        if chosen:
-            rows, is_salient = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
-            if most is not None and len(rows) > most:
-                drawn = np.random.default_rng(0).choice(len(rows), most, replace=False)
-                rows, is_salient = rows[drawn], is_salient[drawn]
-            learner.forest.fit(rows, is_salient)
-            learner.notes.clear()
-            note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
+        """Learn from at most so many samples of the frames `used`, and note those."""
+        lessons = [self._lessons[index] for index in used]
+        if not lessons:
+            return
+        n_samples = sum(len(lesson.rows) for lesson in lessons)
+        step = 1 if most is None else max(1, -(-n_samples // most))
+        # The samples of a frame are in random order.
+        learner.fit(
+            [Lesson(one.rows[::step], one.is_salient[::step], one.sight) for one in lessons]
+        )
+        learner.notes.clear()
+        note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
 
-    def _sample(self, frame: Frame) -> Samples:
-        segmentation = self.learner.segment(frame)
+    def _lesson(self, frame: Frame) -> Lesson:
+        learner = self.learner
+        segmentation = learner.segment(frame)
         self.problems.add_told(frame, segmentation)
         self.lessons.add(frame, segmentation)
-        description = self.learner.describe(frame.rgb)
+        description = learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)
-        return self.learner.sample(description, labels, self._n_pixels)
+        rows, is_salient = learner.sample(description, labels, self._n_pixels)
+        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation))
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""
@@ -111,9 +108,9 @@ class OffLine:
             "preset": self.config.preset,
             "seed": self.config.run.seed,
             "scene": self.survey.scene,
-            "frames": len(self._samples),
-            "samples_drawn": sum(len(rows) for rows, _ in self._samples.values()),
-            "samples_kept": self.learner.forest.n_samples,
+            "frames": len(self._lessons),
+            "samples_drawn": sum(len(lesson.rows) for lesson in self._lessons.values()),
+            "samples_kept": self.learner.n_samples,
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary(),
         }

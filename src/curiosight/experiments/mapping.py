@@ -1,4 +1,4 @@
-"""Write the saliency of images, of a learned model or a baseline: of RGB alone."""
+"""Write the saliency of images, of a learned model or a baseline: of colour, and where it was seen."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
-from curiosight.frame import Frame, Rgb
+from curiosight.frame import Frame
 from curiosight.learner.learner import Saliency
 
 
 class Mapping:
     """Map every frame of a recording, frame by frame.
 
-    saliency_of: from (H, W, 3) uint8 to (H, W) in [0, 1]; a `ValueError` says why it cannot.
+    saliency_of: from a frame to (H, W) in [0, 1]; a `ValueError` says why it cannot.
     n_seen, n_mapped: frames so far, and those that have a map.
     """
 
     def __init__(
         self,
         config: Config,
-        saliency_of: Callable[[Rgb], Saliency],
+        saliency_of: Callable[[Frame], Saliency],
         dataset: Dataset,
         out: OutputFolder,
     ) -> None:
@@ -54,7 +54,7 @@ class Mapping:
 
 
 def _map(
-    saliency_of: Callable[[Rgb], Saliency], frame: Frame
+    saliency_of: Callable[[Frame], Saliency], frame: Frame
 ) -> tuple[Saliency | None, str | None]:
     """Return an image's saliency, or None and why there is none.
 
@@ -63,6 +63,6 @@ def _map(
     if frame.problem is not None and not frame.rgb.any():
         return None, frame.problem
     try:
-        return saliency_of(frame.rgb), None
+        return saliency_of(frame), None
     except ValueError as error:  # too small an image, say
         return None, str(error)

@@ -170,7 +170,7 @@ class Timing:
             raise DataError(place(self._dataset), found, "try --stage segment or describe")
         rows = np.concatenate([rows for rows, _ in samples])
         places = np.resize(np.arange(len(rows)), self.config.forest.max_samples)
-        learner.forest.fit(rows[places], is_salient[places])
+        learner.experts.common.fit(rows[places], is_salient[places])
 
     def _labels(self, frame: Frame, description: Description) -> Labels:
         return fit_labels(self.teacher.segment(frame).labels, description)

@@ -13,7 +13,7 @@ from curiosight.datasets import Dataset, KnowsDistances, Prefetch
 from curiosight.errors import DataError
 from curiosight.experiments.components import place
 from curiosight.experiments.problems import Problems
-from curiosight.frame import Depth, Frame, Rgb
+from curiosight.frame import Depth, Frame
 from curiosight.learner.learner import Teaches
 
 Labels = npt.NDArray[np.uint8]
@@ -45,8 +45,8 @@ class Truth:
         """Return a frame's real distances; None where the recording knows only its sensor's."""
         return self.dataset.true_depth(index) if isinstance(self.dataset, KnowsDistances) else None
 
-    def labelled_frames(self, problems: Problems) -> Iterator[tuple[Rgb, Labels]]:
-        """Yield images and labels of the usable frames; note what is wrong with the others.
+    def labelled_frames(self, problems: Problems) -> Iterator[tuple[Frame, Labels]]:
+        """Yield the usable frames with their labels; note what is wrong with the others.
 
         Raises `DataError` at the end where not one frame could be used.
         """
@@ -55,7 +55,7 @@ class Truth:
             problems.add(frame)
             if labels is not None:
                 n_usable += 1
-                yield frame.rgb, labels
+                yield frame, labels
         if self.indices and not n_usable:
             sentence = next(problems.sentences(len(self.indices), "cannot be tested on"), "")
             raise DataError(place(self.dataset), sentence, "mend them, or test on others")

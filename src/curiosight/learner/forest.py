@@ -203,6 +203,11 @@ class Forest:
             "vote": self.vote,
         }
 
+    def another(self, *, max_samples: int, n_regrown: int) -> Forest:
+        """Return an empty forest with all other settings, and the same source of chance."""
+        settings = self.settings() | {"max_samples": max_samples, "n_regrown": n_regrown}
+        return Forest(**settings, seed=self._rng, n_threads=self.n_threads)  # type: ignore[arg-type]
+
     def state_arrays(self) -> Arrays:
         """Return buffer and trees as flat arrays; `settings` are not among them.
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any, Protocol, Self
 
 import cv2
@@ -11,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
-from curiosight.frame import Frame, Label, Rgb
+from curiosight.frame import Frame, Label, Pose, Rgb
 from curiosight.learner.archive import find_model, read_archive, write_archive
+from curiosight.learner.calibration import Calibration
+from curiosight.learner.experts import Asked, Change, Experts
 from curiosight.learner.features import (
     ColourSpace,
     RowOfPixel,
@@ -25,6 +30,9 @@ from curiosight.learner.features import (
     to_colour_space,
 )
 from curiosight.learner.forest import Forest
+from curiosight.learner.looks import Look, look_of
+from curiosight.learner.places import Places, Weights
+from curiosight.learner.sight import Sight
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
 
@@ -49,10 +57,12 @@ class Description:
 
     rows: (n, 39) uint8, or (n, 54) with contrast.
     row_of_pixel: (h, w) int32, the row of each pixel of the shrunken image.
+    look: of the image as a whole, see `look_of`; None where places are not told apart.
     """
 
     rows: Rows
     row_of_pixel: RowOfPixel
+    look: Look | None = None
 
     def count(self, labels: Labels) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Return how many salient and how many not salient pixels each row stands for.
@@ -71,7 +81,7 @@ class Observation:
 
     scores: (n,) float32 saliency of each row of `description`, before learning.
     error: 1 - F1 between them and the segmentation (eq. 1); None where no pixel is salient.
-    regrown: the trees that were grown anew.
+    change: the trees that were grown anew.
     """
 
     frame: Frame
@@ -79,12 +89,21 @@ class Observation:
     description: Description
     scores: npt.NDArray[np.float32]
     error: float | None
-    regrown: tuple[int, ...]
+    change: Change
 
     @property
     def saliency(self) -> Saliency:
         """(h, w) map of the shrunken image, in [0, 1], before learning."""
         return self.scores[self.description.row_of_pixel]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lesson:
+    """What one view teaches: (n, F) rows, whether each is salient, and where it was."""
+
+    rows: Rows
+    is_salient: npt.NDArray[np.bool_]
+    sight: Sight | None = None
 
 
 class SaliencyLearner:
@@ -103,6 +122,10 @@ class SaliencyLearner:
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
     threshold: a pixel that scores above it is predicted salient, for the error.
+    places: which place a view is of; each has a forest of its own, see `Experts`. None = one
+        forest for everywhere, as in the paper.
+    is_calibrated: scores are scaled so that 0.5 is the decision with the best F1, see
+        `Calibration`. The paper's are not.
 
     Any number of threads may call `saliency`, `describe` and `predict`, with the same bytes as
     one thread gives; also while one other thread learns (`observe`, `learn`): each map is then
@@ -123,6 +146,8 @@ class SaliencyLearner:
         follow_edges: bool = False,
         n_superpixels: int = 600,
         threshold: float = 0.5,
+        places: Places | None = None,
+        is_calibrated: bool = False,
         seed: int | np.random.Generator = 0,
     ) -> None:
         if rows_per not in ("pixel", "superpixel"):
@@ -142,7 +167,9 @@ class SaliencyLearner:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
-        self.forest = forest or Forest(n_features=n_features, seed=self.rng)
+        self.experts = Experts(forest or Forest(n_features=n_features, seed=self.rng))
+        self.places = places
+        self.calibration = Calibration() if is_calibrated else None
         self.rows_per = rows_per
         self.colour_space = colour_space
         self.contrast = contrast
@@ -153,24 +180,45 @@ class SaliencyLearner:
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
         self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
+        # Held where places and their forests must fit each other.
+        self._lock = Lock()
 
-    def observe(self, frame: Frame, group: int = 0) -> Observation:
-        """Look at a frame: predict, compare with the teacher, then learn from it.
+    @property
+    def forest(self) -> Forest:
+        """The forest of everywhere; where there is one place, the only one."""
+        return self.experts.common
 
-        group: kept with the samples, a region for instance.
-        """
+    @property
+    def is_trained(self) -> bool:
+        """Tell whether both classes have been seen; until then every prediction is 0."""
+        return self.experts.is_trained
+
+    @property
+    def n_samples(self) -> int:
+        return self.experts.n_samples
+
+    def observe(self, frame: Frame) -> Observation:
+        """Look at a frame: predict, compare with the teacher, then learn from it."""
         description = self.describe(frame.rgb)
         segmentation = self.segment(frame)
         labels = fit_labels(segmentation.labels, description)
-        scores = self.predict(description)
+        votes = self.vote(description, frame.T_world_camera)
+        scores = self.scale(votes)
         error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
-        regrown = self.learn(description, labels, group)
-        return Observation(frame, segmentation, description, scores, error, regrown)
+        if self.calibration is not None and self.is_trained:
+            self.calibration.add(votes, *description.count(labels))
+        spot = self.note_place(self.sight(frame, description, segmentation))
+        change = self.learn(description, labels, spot)
+        return Observation(frame, segmentation, description, scores, error, change)
 
-    def saliency(self, rgb: Rgb) -> Saliency:
-        """Return the (H, W) float32 saliency in [0, 1] of an (H, W, 3) RGB image."""
+    def saliency(self, rgb: Rgb, T_world_camera: Pose | None = None) -> Saliency:
+        """Return the (H, W) float32 saliency in [0, 1] of an (H, W, 3) RGB image.
+
+        T_world_camera: (4, 4), from where it was taken, in the world of the frames that were
+            learned from; None = what it looks like tells the place.
+        """
         description = self.describe(rgb)
-        small = self.predict(description)[description.row_of_pixel]
+        small = self.predict(description, T_world_camera)[description.row_of_pixel]
         if self.follow_edges:
             small = follow_edges(small, shrink(rgb))
         height, width = rgb.shape[:2]
@@ -183,9 +231,10 @@ class SaliencyLearner:
             raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
         small = shrink(rgb)
         coloured = to_colour_space(small, self.colour_space)
-        return Description(
-            *describe(coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast)
+        rows, row_of_pixel = describe(
+            coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast
         )
+        return Description(rows, row_of_pixel, look_of(small) if self.places else None)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return what the teacher says of a frame (sec. II-A.2)."""
@@ -197,16 +246,103 @@ class SaliencyLearner:
             raise ValueError(f"labels: expected {size} uint8, got {labels.shape} {labels.dtype}")
         return segmentation
 
-    def predict(self, description: Description) -> npt.NDArray[np.float32]:
+    def predict(
+        self, description: Description, T_world_camera: Pose | None = None
+    ) -> npt.NDArray[np.float32]:
         """Return the (n,) saliency of each row; 0 while nothing has been learned."""
-        return self.forest.predict(description.rows)
+        return self.scale(self.vote(description, T_world_camera))
 
-    def learn(self, description: Description, labels: Labels, group: int = 0) -> tuple[int, ...]:
+    def vote(
+        self, description: Description, T_world_camera: Pose | None = None
+    ) -> npt.NDArray[np.float32]:
+        """Return the (n,) mean votes of the trees that know a view's place."""
+        return self.experts.predict(description.rows, self.ask(description, T_world_camera))
+
+    def scale(self, votes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the saliency that votes mean."""
+        return votes if self.calibration is None else self.calibration.scaled(votes)
+
+    def ask(self, description: Description, T_world_camera: Pose | None = None) -> Asked:
+        """Return the forests that know the place of a view, and how much each counts."""
+        with self._lock:
+            return self.experts.asked(self._locate(description, T_world_camera))
+
+    def places_of(
+        self, description: Description, T_world_camera: Pose | None = None
+    ) -> dict[int, float]:
+        """Return those forests' places, or `COMMON`, and how much each counts."""
+        with self._lock:
+            return self.experts.chosen(self._locate(description, T_world_camera))
+
+    def _locate(self, description: Description, T_world_camera: Pose | None) -> Weights | None:
+        if self.places is None or description.look is None:
+            return None
+        return self.places.locate(T_world_camera, description.look)
+
+    def sight(
+        self, frame: Frame, description: Description, segmentation: Segmentation
+    ) -> Sight | None:
+        """Return what tells the place of a frame; None where places are not told apart."""
+        if self.places is None or description.look is None:
+            return None
+        return Sight.of(frame, description.look, up_in_world(frame, segmentation))
+
+    def note_place(self, sight: Sight | None) -> int:
+        """Take in where a view was taken, and return that spot; 0 where places do not count."""
+        if self.places is None or sight is None:
+            return 0
+        with self._lock:
+            spot = self.places.add(sight)
+            self.experts.arrange(self.places.place_of_spot)
+        return spot
+
+    def fit(self, lessons: Sequence[Lesson]) -> None:
+        """Forget everything, then learn from views at once: the off-line model.
+
+        It stays untrained where they do not show both classes.
+        """
+        spots = np.zeros(len(lessons), np.int32)
+        place_of_spot = np.zeros(1, np.int64)
+        if self.places is not None:
+            self.places = Places(**self.places.settings())
+            spots = np.array([self.note_place(lesson.sight) for lesson in lessons], np.int32)
+            self.places.tell_apart()
+            place_of_spot = self.places.place_of_spot
+        if self.calibration is not None:
+            self.calibration = Calibration()
+            for part in (0, 1):  # each half is judged by what the other teaches
+                self._fit(lessons[part::2], spots[part::2], place_of_spot)
+                self._calibrate(lessons[1 - part :: 2])
+        self._fit(lessons, spots, place_of_spot)
+
+    def _fit(
+        self,
+        lessons: Sequence[Lesson],
+        spots: npt.NDArray[np.int32],
+        place_of_spot: npt.NDArray[np.int64],
+    ) -> None:
+        counts = [len(lesson.rows) for lesson in lessons]
+        nothing = Lesson(np.empty((0, self.forest.n_features), np.uint8), np.empty(0, np.bool_))
+        rows = np.concatenate([lesson.rows for lesson in (nothing, *lessons)])
+        is_salient = np.concatenate([lesson.is_salient for lesson in (nothing, *lessons)])
+        self.experts.fit(rows, is_salient, np.repeat(spots, counts), place_of_spot)
+
+    def _calibrate(self, lessons: Sequence[Lesson]) -> None:
+        """Compare what is predicted of views with what they teach."""
+        assert self.calibration is not None
+        for lesson in lessons:
+            where = None
+            if self.places is not None and lesson.sight is not None:
+                where = self.places.locate(lesson.sight.T_world_camera, lesson.sight.look)
+            votes = self.experts.predict(lesson.rows, self.experts.asked(where))
+            self.calibration.add(votes, lesson.is_salient, ~lesson.is_salient, forgets=False)
+
+    def learn(self, description: Description, labels: Labels, spot: int = 0) -> Change:
         """Add labelled pixels of a frame and regrow some trees (sec. II-A.3).
 
-        labels: (h, w), see `fit_labels`. Return the trees that changed.
+        labels: (h, w), see `fit_labels`. spot: see `note_place`.
         """
-        return self.forest.update(*self.sample(description, labels), group)
+        return self.experts.update(*self.sample(description, labels), spot)
 
     def sample(
         self, description: Description, labels: Labels, n_pixels: int | None = None
@@ -245,10 +381,11 @@ class SaliencyLearner:
             "blind_share": self.blind_share,
             "follow_edges": self.follow_edges,
             "threshold": self.threshold,
-            "forest": self.forest.settings(),
+            "places": None if self.places is None else self.places.settings(),
+            "forest": self.experts.settings(),
             "notes": self.notes,
         }
-        arrays = self.forest.state_arrays()
+        arrays = self._state_arrays()
         write_archive(Path(path), KIND, header, arrays, is_packed=is_packed)
 
     @classmethod
@@ -272,7 +409,7 @@ class SaliencyLearner:
         try:
             features = header["features"]
             forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
-            forest.restore(arrays)
+            places = header.get("places")  # version 0.1 knew none
             learner = cls(
                 teacher,
                 forest,
@@ -284,14 +421,33 @@ class SaliencyLearner:
                 follow_edges=header["follow_edges"],
                 threshold=header["threshold"],
                 n_superpixels=features["n_superpixels"],
+                places=None if places is None else Places(**places),
+                is_calibrated="calibration" in arrays,
                 seed=rng,
             )
+            learner._restore(arrays)
             learner.notes = dict(header["notes"])
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
         if features != learner._feature_definition():
             raise DataError(path, "was made with other features", "learn it anew")
         return learner
+
+    def _state_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        parts = (self.places, self.calibration)
+        known = [part.state_arrays() for part in parts if part is not None]
+        with self._lock:
+            return dict(ChainMap(self.experts.state_arrays(), *known))
+
+    def _restore(self, arrays: dict[str, npt.NDArray[np.generic]]) -> None:
+        """Take over what `_state_arrays` returned; ValueError where it does not fit."""
+        n_spots = 0
+        if self.places is not None:
+            self.places.restore(arrays)
+            n_spots = len(self.places.place_of_spot)
+        if self.calibration is not None:
+            self.calibration.restore(arrays)
+        self.experts.restore(arrays, self.places.place_of_spot if n_spots else None)
 
     def _feature_definition(self) -> dict[str, Any]:
         """Return what the model's features mean; a file that means another is not read."""
@@ -309,6 +465,16 @@ def follow_edges(saliency: Saliency, rgb: Rgb) -> Saliency:
     smooth = cv2.ximgproc.guidedFilter(rgb, saliency, EDGE_RADIUS, EDGE_CONTRAST**2)
     clipped: Saliency = np.clip(smooth, 0, 1)
     return clipped
+
+
+def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float64] | None:
+    """Return (3,) which way is up in the world, where a posed frame shows a support."""
+    if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
+        return None
+    up: npt.NDArray[np.float64] = (
+        frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
+    )
+    return up
 
 
 def fit_labels(labels: Labels, description: Description) -> Labels:

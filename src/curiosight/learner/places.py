@@ -1,0 +1,282 @@
+"""The places of a home: which views are of one place, and which place a view is of.
+
+Nobody tells where a room ends. Two spots are of one place if who stands in one sees the other, or
+if both see the same floor; a door lets little through. Where there are no poses, views are of one
+place that look like the same others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Pose
+from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
+from curiosight.learner.looks import LOOK_SIZE, Look, likeness
+from curiosight.learner.sight import Cells, Sight, cell_of, ground_axes
+
+Array = npt.NDArray[Any]
+Arrays = Mapping[str, npt.NDArray[np.generic]]
+Weights = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.int64]
+
+NOWHERE = -1
+# Two groups of spots are two places if on average less than this share of one is seen from the
+# other: in a room a third to a half is, through a door a twentieth. And of views without a
+# pose, if they share fewer of those most like them.
+MIN_SEEN, MIN_SHARED = 0.10, 0.03
+# Places are told apart anew when there are so many more spots.
+GROWTH = 1.1
+# A camera stands at a known spot if that is no farther, in cells.
+MAX_CELLS = 2.0
+# By how much less alike a look is e times less likely; what a pose leaves to the looks.
+LOOK_SCALE, POSE_DOUBT = 0.01, 0.02
+# A view without a pose that is as alike as this to another shows no new spot.
+SAME_LOOK = 0.98
+MAX_LOOKS, MAX_LOOKS_PER_SPOT = 1_000, 4
+
+
+class Places:
+    """Learn the places of a home from its views, and tell which one a view is of.
+
+    max_places: no more are told apart; those that see each other most are one.
+
+    A *spot* is half a metre square, seen from above, where a camera stood; without poses it is a
+    view. `place_of_spot` (n_spots,) changes as more is seen; a place keeps the number that most
+    of its views had.
+    """
+
+    def __init__(self, max_places: int = 16) -> None:
+        if max_places < 1:
+            raise ValueError(f"max_places: expected 1 or more, got {max_places}")
+        self.max_places = max_places
+        self.place_of_spot: Numbers = np.empty(0, np.int64)
+        self._axes: Array | None = None
+        self._cell_numbers: dict[tuple[int, int], int] = {}
+        # Of each spot: its cell's number, NOWHERE without a pose; cells seen; views from there.
+        self._cell_of_spot: Numbers = np.empty(0, np.int64)
+        self._sees: list[npt.NDArray[np.int64]] = []
+        self._n_views: Numbers = np.empty(0, np.int64)
+        self._looks: npt.NDArray[np.uint8] = np.empty((0, LOOK_SIZE), np.uint8)
+        self._spot_of_look: Numbers = np.empty(0, np.int64)
+        self._n_clustered = 0
+
+    @property
+    def n_places(self) -> int:
+        return int(self.place_of_spot.max(initial=NOWHERE)) + 1
+
+    @property
+    def n_views(self) -> Numbers:
+        """(n_places,) views that each place is known from."""
+        return np.bincount(self.place_of_spot, self._n_views, self.n_places).astype(np.int64)
+
+    def add(self, sight: Sight) -> int:
+        """Take in a view, and return its spot.
+
+        Which way is up in the world the first view with a pose says, by the top of its image if
+        it is not told.
+        """
+        pose, look = sight.T_world_camera, sight.look
+        if pose is None:
+            spot = self._spot_that_looks_like(look)
+        else:
+            if self._axes is None:
+                self._axes = ground_axes(-pose[:3, 1] if sight.up is None else sight.up)
+            spot = self._spot_in(cell_of(pose, self._axes))
+            self._note_seen(spot, sight.cells(self._axes))
+        self._n_views[spot] += 1
+        self._note_look(spot, look)
+        if self.place_of_spot[spot] == NOWHERE:
+            self._place(spot, pose, look)
+        return spot
+
+    def locate(self, T_world_camera: Pose | None, look: Look) -> Weights:
+        """Return (n_places,) how likely a view is of each place; together 1.
+
+        A pose decides unless the look contradicts it strongly: a pose may be told in another
+        world. All 0 where nothing is known.
+        """
+        by_look = self._by_look(look)
+        known = self._by_pose(T_world_camera)
+        if known is None or not by_look.any():
+            return by_look
+        weights = (known + POSE_DOUBT) * by_look
+        weights /= weights.sum()
+        return weights
+
+    def _by_look(self, look: Look) -> Weights:
+        """Return the weights by the look alone: by the most alike look of each place."""
+        best = np.full(self.n_places, -np.inf)
+        place_of_look = self.place_of_spot[self._spot_of_look]
+        is_placed = place_of_look != NOWHERE
+        if not is_placed.any():
+            return np.zeros(self.n_places, np.float32)
+        alike = likeness(look, self._looks)[is_placed]
+        np.maximum.at(best, place_of_look[is_placed], alike)
+        weights = np.exp((best - best.max()) / LOOK_SCALE)
+        return (weights / weights.sum()).astype(np.float32)
+
+    def _by_pose(self, T_world_camera: Pose | None) -> Weights | None:
+        """Return the share of each place's spots that see where a camera stands, 1 in all.
+
+        None without a pose, and where no spot sees it and none is near.
+        """
+        if T_world_camera is None or self._axes is None:
+            return None
+        cell = cell_of(T_world_camera, self._axes)
+        number = self._cell_numbers.get(cell)
+        weights = np.zeros(self.n_places, np.float32)
+        spots = np.flatnonzero(self._cell_of_spot == number) if number is not None else []
+        if len(spots) and self.place_of_spot[spots[0]] != NOWHERE:
+            weights[self.place_of_spot[spots[0]]] = 1
+            return weights
+        placed = np.flatnonzero(self.place_of_spot != NOWHERE)
+        seeing = [spot for spot in placed if number is not None and number in self._sees[spot]]
+        if not seeing:
+            seeing = self._near(cell, placed)
+        if not len(seeing):
+            return None
+        n_spots = np.bincount(self.place_of_spot[placed], minlength=self.n_places)
+        n_seeing = np.bincount(self.place_of_spot[seeing], minlength=self.n_places)
+        weights = (n_seeing / np.maximum(n_spots, 1)).astype(np.float32)
+        return weights / weights.sum()
+
+    def _near(self, cell: tuple[int, int], spots: Numbers) -> Numbers:
+        """Return those of some spots that are closest to a cell, and no farther than counts."""
+        posed = spots[self._cell_of_spot[spots] != NOWHERE]
+        if not len(posed):
+            return posed
+        cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
+        distance = np.hypot(*(cells - cell).T)
+        return posed[distance <= min(distance.min(), MAX_CELLS)]
+
+    def _spot_in(self, cell: tuple[int, int]) -> int:
+        number = self._cell_numbers.setdefault(cell, len(self._cell_numbers))
+        found = np.flatnonzero(self._cell_of_spot == number)
+        return int(found[0]) if len(found) else self._new_spot(number)
+
+    def _spot_that_looks_like(self, look: Look) -> int:
+        """Return the spot of a view without a pose; a new one only while no view has a pose."""
+        if len(self._looks):
+            alike = likeness(look, self._looks)
+            nearest = int(alike.argmax())
+            is_full = len(self._looks) >= MAX_LOOKS
+            if self._axes is not None or is_full or alike[nearest] >= SAME_LOOK:
+                return int(self._spot_of_look[nearest])
+        return self._new_spot(NOWHERE)
+
+    def _new_spot(self, cell: int) -> int:
+        self._cell_of_spot = np.append(self._cell_of_spot, cell)
+        self._n_views = np.append(self._n_views, 0)
+        self.place_of_spot = np.append(self.place_of_spot, NOWHERE)
+        self._sees.append(np.empty(0, np.int64))
+        return len(self._sees) - 1
+
+    def _note_seen(self, spot: int, cells: Cells) -> None:
+        numbers = [
+            self._cell_numbers.setdefault((int(x), int(y)), len(self._cell_numbers))
+            for x, y in cells
+        ]
+        self._sees[spot] = np.union1d(self._sees[spot], np.array(numbers, np.int64))
+
+    def _note_look(self, spot: int, look: Look) -> None:
+        """Keep a look; one of the spot that has most of them leaves where there are too many."""
+        of_spot = np.flatnonzero(self._spot_of_look == spot)
+        if len(of_spot) >= MAX_LOOKS_PER_SPOT:
+            self._looks[of_spot[self._n_views[spot] % MAX_LOOKS_PER_SPOT]] = look
+            return
+        if len(self._looks) >= MAX_LOOKS:
+            fullest = np.bincount(self._spot_of_look).argmax()
+            leaving = np.flatnonzero(self._spot_of_look == fullest)[0]
+            self._looks = np.delete(self._looks, leaving, axis=0)
+            self._spot_of_look = np.delete(self._spot_of_look, leaving)
+        self._looks = np.vstack([self._looks, look])
+        self._spot_of_look = np.append(self._spot_of_look, spot)
+
+    def _place(self, spot: int, T_world_camera: Pose | None, look: Look) -> None:
+        """Give a new spot a place: tell all apart anew, or take the likeliest."""
+        if len(self._sees) >= GROWTH * self._n_clustered:
+            self.tell_apart()
+            return
+        known = self._by_pose(T_world_camera)
+        if T_world_camera is None:
+            known = self._by_look(look)
+        is_known = known is not None and known.any()
+        self.place_of_spot[spot] = known.argmax() if is_known else self._new_place()
+
+    def _new_place(self) -> int:
+        return min(self.n_places, self.max_places - 1)
+
+    def tell_apart(self) -> None:
+        """Divide all spots into places anew."""
+        posed = np.flatnonzero(self._cell_of_spot != NOWHERE)
+        others = np.flatnonzero(self._cell_of_spot == NOWHERE)
+        groups = np.zeros(len(self._sees), np.int64)
+        if len(posed):
+            seen = seen_by_each_other(
+                [self._sees[spot] for spot in posed],
+                self._cell_of_spot[posed],
+                len(self._cell_numbers),
+            )
+            groups[posed] = join_linked(seen, MIN_SEEN, self.max_places)
+        if len(others):
+            first = groups.max(initial=NOWHERE) + 1 if len(posed) else 0
+            n_left = max(1, self.max_places - first)
+            groups[others] = first + join_linked(self._shared(others), MIN_SHARED, n_left)
+        self.place_of_spot = keep_numbers(groups, self.place_of_spot, self._n_views)
+        self._n_clustered = len(self._sees)
+
+    def _shared(self, spots: Numbers) -> Array:
+        """Return (n, n) how many of the looks most like theirs two spots without poses share."""
+        looks = [self._looks[np.flatnonzero(self._spot_of_look == spot)[0]] for spot in spots]
+        return shared_likes(np.stack([likeness(look, np.stack(looks)) for look in looks]))
+
+    def settings(self) -> dict[str, int]:
+        """Return what `__init__` needs for other such places."""
+        return {"max_places": self.max_places}
+
+    def state_arrays(self) -> dict[str, Array]:
+        """Return all that is known, as flat arrays."""
+        cells = np.array(list(self._cell_numbers), np.int32).reshape(-1, 2)
+        return {
+            "places_axes": np.empty((0, 3)) if self._axes is None else self._axes,
+            "places_cells": cells,
+            "places_of_spot": self.place_of_spot,
+            "places_cell_of_spot": self._cell_of_spot,
+            "places_views": self._n_views,
+            "places_seen": np.concatenate([np.empty(0, np.int64), *self._sees]),
+            "places_n_seen": np.array([len(cells) for cells in self._sees], np.int64),
+            "places_looks": self._looks,
+            "places_spot_of_look": self._spot_of_look,
+            "places_clustered": np.array(self._n_clustered),
+        }
+
+    def restore(self, arrays: Arrays) -> None:
+        """Take over what `state_arrays` returned; ValueError for what it was not of."""
+        for name, like in self.state_arrays().items():
+            found = arrays.get(name)
+            if found is None or found.dtype != like.dtype or found.ndim != like.ndim:
+                raise ValueError(f"{name}: expected {like.dtype} of {like.ndim} axes")
+        known = {
+            name.removeprefix("places_"): np.array(arrays[name]) for name in self.state_arrays()
+        }
+        n_spots, n_cells = len(known["of_spot"]), len(known["cells"])
+        of_each = (known[name] for name in ("cell_of_spot", "views", "n_seen"))
+        if any(len(numbers) != n_spots for numbers in of_each):
+            raise ValueError(f"places: expected numbers of {n_spots} spots")
+        if known["n_seen"].sum() != len(known["seen"]) or known["seen"].max(initial=0) > n_cells:
+            raise ValueError("places_seen: expected the cells that each spot sees")
+        if known["looks"].shape != (len(known["spot_of_look"]), LOOK_SIZE):
+            raise ValueError(f"places_looks: expected (n, {LOOK_SIZE}), got {known['looks'].shape}")
+        if known["spot_of_look"].max(initial=0) >= max(1, n_spots):
+            raise ValueError("places_spot_of_look: expected numbers of spots")
+        self._axes = known["axes"] if len(known["axes"]) else None
+        self._cell_numbers = {(int(x), int(y)): i for i, (x, y) in enumerate(known["cells"])}
+        self.place_of_spot = known["of_spot"]
+        self._cell_of_spot, self._n_views = known["cell_of_spot"], known["views"]
+        self._sees = np.split(known["seen"], np.cumsum(known["n_seen"])[:-1]) if n_spots else []
+        self._looks, self._spot_of_look = known["looks"], known["spot_of_look"]
+        self._n_clustered = int(known["clustered"])
