@@ -71,7 +71,7 @@ def room_map(n_posed: int = 6) -> RoomMap:
         seen_from_above(poses, (0, 0, 1)),
         np.arange(len(poses)) % 4 - 1,
         [0, 3, 3, 5, n_posed],
-        SQUARE,
+        (SQUARE,),
         [*things, Footprint("mug", SQUARE / 50, is_object=True)],
     )
 

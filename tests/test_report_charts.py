@@ -93,9 +93,9 @@ class TestMap:
         sections = {section.get("aria-labelledby"): section for section in tree.iter("section")}
         assert "Called kitchen." in text_of(sections["map"])
 
-    @pytest.mark.parametrize(("outline", "least", "most"), [(SQUARE, 6, 6.4), (None, 2.2, 2.6)])
-    def test_map_leaves_room_for_wedges_where_no_wall_holds_them(self, outline, least, most):
-        room = replace(room_map(), outline=outline, footprints=())
+    @pytest.mark.parametrize(("outlines", "least", "most"), [((SQUARE,), 6, 6.4), ((), 2.2, 2.6)])
+    def test_map_leaves_room_for_wedges_where_no_wall_holds_them(self, outlines, least, most):
+        room = replace(room_map(), outlines=outlines, footprints=())
         (drawing,) = of_class(read(replace(report(), room_map=room)), "map")
         _, _, width, _ = map(float, drawing[0].get("viewbox").split())
         assert least < width < most

@@ -10,7 +10,7 @@ from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
 from curiosight.explore import Step
 from curiosight.learner.learner import Teaches
-from curiosight.rooms import RoomViews
+from curiosight.rooms import DrawnViews
 from curiosight.viewing.examples import Example
 
 N_TEST_EXAMPLES = 3
@@ -51,10 +51,10 @@ def _teacher_of_tests(run: Exploration) -> Teaches | None:
     if run.truth.teacher is not None:
         return run.truth.teacher
     explored, tested = run.dataset, run.truth.dataset
-    if not (isinstance(explored, RoomViews) and isinstance(tested, RoomViews)):
+    if not (isinstance(explored, DrawnViews) and isinstance(tested, DrawnViews)):
         return None
     # Whatever was moved in it: the survey is of walls and furniture.
-    return run.teacher if explored.room.shell is tested.room.shell else None
+    return run.teacher if explored.is_place_of(tested) else None
 
 
 def _ground_truth(dataset: Dataset, index: int) -> GroundTruth | None:

@@ -16,7 +16,7 @@ from curiosight.config import to_toml
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.explorer.from_above import seen_from_above
-from curiosight.rooms import RoomViews
+from curiosight.rooms import DrawnViews
 from curiosight.viewing.examples import Example
 from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.figures import learning_curve, time_per_region
@@ -116,22 +116,17 @@ def draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Exampl
 def _room_map(run: Exploration) -> RoomMap:
     """Return where the run looked; of a drawn room also what stands there."""
     visited = _visited(run)
-    if not isinstance(run.dataset, RoomViews):
+    if not isinstance(run.dataset, DrawnViews):
         views = seen_from_above(run.dataset.poses, run.survey.up_world)
         return RoomMap(views, run.regions.of_view, visited)
-    room = run.dataset.room
-    furniture = [Footprint(placed.furniture.name, placed.footprint) for placed in room.furniture]
-    things = [
-        Footprint(thing.kind.name, thing.footprint(), is_object=True)
-        for thing in room.things
-        if thing.is_on_floor
-    ]
+    standing = run.dataset.footprints
+    footprints = [Footprint(one.name, one.polygon, is_object=one.is_object) for one in standing]
     return RoomMap(
         seen_from_above(run.dataset.poses, UP),
         run.regions.of_view,
         visited,
-        outline=room.plan.outline,
-        footprints=[*furniture, *things],
+        outlines=run.dataset.outlines,
+        footprints=footprints,
     )
 
 

@@ -1,9 +1,8 @@
-"""curiosight render: a room's views as a recording."""
+"""curiosight render: the views of a room or home as a recording."""
 
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, cast
@@ -14,17 +13,23 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.talk import Talk, count
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, usual_layout, views_from
-from curiosight.rooms import RoomViews, draw_room, is_room, parse_room
+from curiosight.experiments.rendering import LAYOUTS, Layout, render_room, usual_layout
+from curiosight.rooms import DrawnViews
 from curiosight.viewing.live import announce_compilation
+from curiosight.worlds import is_drawn, open_drawn
 
 
 def render(
     room: Annotated[
-        str, typer.Argument(metavar="ROOM", help="room:SEED[,key=value…], see docs/rooms.md.")
+        str,
+        typer.Argument(metavar="ROOM", help="room:SEED[,key=value…] or home:…, see docs/rooms.md."),
     ],
     views: Annotated[
-        int | None, typer.Option(help="How many viewpoints, drawn by the seed.", show_default="200")
+        int | None,
+        typer.Option(
+            help="How many viewpoints, drawn by the seed; of a home in each room.",
+            show_default="200, of a home 60",
+        ),
     ] = None,
     pose: Annotated[
         list[str] | None,
@@ -46,23 +51,20 @@ def render(
     quiet: options.Quiet = False,
     json: options.Json = False,
 ) -> None:
-    """Render a room that is drawn by seed: colour, depth, poses and ground truth.
+    """Render a room or home that is drawn by seed: colour, depth, poses and ground truth.
 
     Ctrl-C ends it early and keeps a recording of what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
-    if not is_room(room):
-        raise ValueError(f"room: expected room:SEED[,key=value…], got {room!r}")
+    if not is_drawn(room):
+        raise ValueError(f"room: expected room:SEED[,key=value…] or home:…, got {room!r}")
     if views is not None and pose:
         raise ValueError("views: expected --views or --pose, got both")
-    settings = parse_room(room)
-    if views is not None:
-        settings = replace(settings, views=views)
     folder = OutputFolder(out, "render", Path(room), overwrite=overwrite)
     with announce_compilation(talk.console):
-        looks = RoomViews(draw_room(settings))
+        looks = open_drawn(room, views=views)
         if pose:
-            looks = views_from(looks, [_read_pose(text) for text in pose])
+            looks = looks.at_places([_read_pose(text) for text in pose])
         form = usual_layout(looks) if layout is None else layout
         n_written, status = _render(talk, looks, cast(Layout, form), folder)
     summary = {"room": looks.path, "views": n_written, "layout": form, "out": str(folder.path)}
@@ -73,7 +75,7 @@ def render(
         raise typer.Exit(status)
 
 
-def _render(talk: Talk, looks: RoomViews, layout: Layout, folder: OutputFolder) -> tuple[int, int]:
+def _render(talk: Talk, looks: DrawnViews, layout: Layout, folder: OutputFolder) -> tuple[int, int]:
     """Write the views, to the last or to Ctrl-C; return how many, and `CtrlC.status`."""
     n_written = 0
     with CtrlC() as ctrl_c, closing(render_room(looks, layout, folder)) as rendered:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from curiosight.datasets.check import check_dataset
-from curiosight.datasets.dataset import Dataset, KnowsDistances, KnowsInstances
+from curiosight.datasets.dataset import Dataset, KnowsDistances, KnowsInstances, KnowsPlaces
 from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.fixing import fix_units
@@ -58,6 +58,7 @@ __all__ = [
     "Images",
     "KnowsDistances",
     "KnowsInstances",
+    "KnowsPlaces",
     "Named",
     "ObjectBox",
     "Open3d",

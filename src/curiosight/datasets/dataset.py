@@ -62,6 +62,18 @@ class KnowsDistances(Protocol):
 
 
 @runtime_checkable
+class KnowsPlaces(Protocol):
+    """A dataset that knows in which room each frame was taken: truth, for scoring alone.
+
+    No learner, region or strategy may ask.
+    """
+
+    def place(self, index: int) -> int:
+        """Return the number of the room, from 0."""
+        ...
+
+
+@runtime_checkable
 class KnowsInstances(Protocol):
     """A dataset whose ground truth may tell one object from another."""
 

@@ -18,7 +18,7 @@ from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner, Teaches
 from curiosight.learner.places import Places
-from curiosight.rooms.views import RoomViews
+from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import (
     PaperTeacher,
     Survey,
@@ -256,11 +256,11 @@ def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = Non
 def make_world(
     config: Config, dataset: Dataset, regions: Regions, indices: Sequence[int]
 ) -> ReplayWorld | RoomWorld:
-    """Return a room to move through, or a recording's frames to replay.
+    """Return a room or home to move through, or a recording's frames to replay.
 
     indices: the views within reach.
     """
-    if isinstance(dataset, RoomViews):
+    if isinstance(dataset, DrawnViews):
         return RoomWorld(dataset, regions.of_view, indices=indices)
     return ReplayWorld(dataset, regions.of_view, indices=indices, memory_mb=config.run.memory_mb)
 

@@ -36,10 +36,9 @@ from curiosight.explore import Step, explore
 from curiosight.explorer import Regions
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
-from curiosight.rooms.views import RoomViews
+from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds import Odometer
 
-N_ROOM_TEST_VIEWS = 40
 # Where testing was not asked for: of the frames, those that must be left to learn from if the
 # frames with ground truth are to be kept out of learning.
 LEAST_TO_LEARN = 0.5
@@ -100,8 +99,8 @@ class Exploration:
         self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
-        if test_source is None and not config.test.every and isinstance(dataset, RoomViews):
-            test_source = dataset.test_views(N_ROOM_TEST_VIEWS)
+        if test_source is None and not config.test.every and isinstance(dataset, DrawnViews):
+            test_source = dataset.own_test_views()
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
         self.regions = choose_regions(config, dataset, self.survey)

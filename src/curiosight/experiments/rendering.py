@@ -1,4 +1,4 @@
-"""Write the views of a room as a recording, in a layout that others read too."""
+"""Write the views of a room or home as a recording, in a layout that others read too."""
 
 from __future__ import annotations
 
@@ -10,36 +10,30 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from curiosight.datasets import KnowsPlaces
 from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.layouts import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
-from curiosight.rooms.views import CAMERA, RoomViews
+from curiosight.rooms.drawn_views import CAMERA, DrawnViews
 
 Layout = Literal["7scenes", "tum", "plain"]
 LAYOUTS: tuple[Layout, ...] = ("7scenes", "tum", "plain")
 
-# As if the robot had looked around once a second, at any time.
+# Any time.
 FIRST_STAMP_S = 1_700_000_000
 
 
-def views_from(views: RoomViews, places: Sequence[tuple[float, float, float]]) -> RoomViews:
-    """Return the views from chosen places of the same room: metres x, y, degrees heading.
-
-    Over tables, the places are those that are looked at. Raises ValueError for a place where a
-    robot cannot stand, or that is on no table.
-    """
-    return RoomViews(views.room, [views.pose_at(*place) for place in places])
-
-
-def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Generator[Frame]:
+def render_room(views: DrawnViews, layout: Layout, out: OutputFolder) -> Generator[Frame]:
     """Write every view with pose and ground truth; yield each when it is on disk.
+
+    Of a home places.txt tells the room of each frame: truth for scoring.
 
     Closed early, it leaves a recording of the views so far.
     """
     if layout not in LAYOUTS:
         raise ValueError(f"layout: expected {' or '.join(LAYOUTS)}, got {layout!r}")
-    if views.room.settings.sensor == "lidar" and layout != "plain":
+    if views.settings.sensor == "lidar" and layout != "plain":
         raise ValueError(
             f"layout: expected plain for sensor=lidar, got {layout!r}, which has no place for "
             "confidence and small depth"
@@ -48,39 +42,50 @@ def render_room(views: RoomViews, layout: Layout, out: OutputFolder) -> Generato
     return write(views, out)
 
 
-def usual_layout(views: RoomViews) -> Layout:
+def usual_layout(views: DrawnViews) -> Layout:
     """Return the layout for all that the room's sensor gives."""
-    return "plain" if views.room.settings.sensor == "lidar" else "tum"
+    return "plain" if views.settings.sensor == "lidar" else "tum"
 
 
-def _as_seven_scenes(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
+def _as_seven_scenes(views: DrawnViews, out: OutputFolder) -> Generator[Frame]:
     """Write colour and depth as that Kinect gives them: from two places, not registered."""
     out.write_text("room.txt", f"{views.path}\n")
     T_colour_depth = np.eye(4)
     T_colour_depth[:3, 3] = seven_scenes.COLOUR_FROM_DEPTH_METRES
-    for index, T_room_colour in enumerate(views.poses):
-        id = f"frame-{index:06d}"
-        T_room_depth = T_room_colour @ T_colour_depth
-        rng = views.looks_stream(index)
-        colour = views.look_from(T_room_colour, id, rng, camera=seven_scenes.COLOUR_CAMERA)
-        depth = views.look_from(T_room_depth, id, rng, camera=seven_scenes.DEPTH_CAMERA).frame.depth
-        assert depth is not None
-        out.write_image(f"seq-01/{id}.color.png", colour.frame.rgb)
-        out.write_image(f"seq-01/{id}.depth.png", _in_units(depth, MILLIMETRES.scale))
-        rows = ("\t".join(f"{value:.9e}" for value in row) for row in T_room_depth)
-        out.write_text(f"seq-01/{id}.pose.txt", "\n".join(rows) + "\n")
-        out.write_image(f"ground_truth/{id}.png", colour.truth)
-        yield colour.frame
+    ids: list[str] = []
+    try:
+        for index, T_room_colour in enumerate(views.poses):
+            id = f"frame-{index:06d}"
+            T_room_depth = T_room_colour @ T_colour_depth
+            rng = views.looks_stream(index)
+            colour, depth = (
+                views.look_from(pose, id, rng, camera=camera, n_looks=index)
+                for pose, camera in (
+                    (T_room_colour, seven_scenes.COLOUR_CAMERA),
+                    (T_room_depth, seven_scenes.DEPTH_CAMERA),
+                )
+            )
+            assert depth.frame.depth is not None
+            out.write_image(f"seq-01/{id}.color.png", colour.frame.rgb)
+            in_mm = _in_units(depth.frame.depth, MILLIMETRES.scale)
+            out.write_image(f"seq-01/{id}.depth.png", in_mm)
+            rows = ("\t".join(f"{value:.9e}" for value in row) for row in T_room_depth)
+            out.write_text(f"seq-01/{id}.pose.txt", "\n".join(rows) + "\n")
+            out.write_image(f"ground_truth/{id}.png", colour.truth)
+            ids.append(id)
+            yield colour.frame
+    finally:
+        _write_places(ids, views, out)
 
 
-def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
+def _as_tum(views: DrawnViews, out: OutputFolder) -> Generator[Frame]:
     """Write registered depth, and at the end the lists of files by stamp and the trajectory."""
     out.write_text("room.txt", f"{views.path}\n")
     out.write_text("camera.json", _camera_file(CAMERA, tum_rgbd.UNIT.scale))
     stamps: list[str] = []
     try:
         for index in range(len(views)):
-            stamp, look = f"{FIRST_STAMP_S + index}.000000", views.look(index)
+            stamp, look = _stamp(views, index), views.look(index)
             assert look.frame.depth is not None
             out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
             out.write_image(f"depth/{stamp}.png", _in_units(look.frame.depth, tum_rgbd.UNIT.scale))
@@ -89,16 +94,17 @@ def _as_tum(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
             yield look.frame
     finally:
         _write_lists(stamps, views.poses, out)
+        _write_places(stamps, views, out)
 
 
-def _as_plain(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
+def _as_plain(views: DrawnViews, out: OutputFolder) -> Generator[Frame]:
     """Write depth in millimetres as the sensor gives it, with how sure it is where it tells."""
     out.write_text("room.txt", f"{views.path}\n")
     out.write_text("camera.json", _camera_file(CAMERA, MILLIMETRES.scale))
     stamps: list[str] = []
     try:
         for index in range(len(views)):
-            stamp, look = f"{FIRST_STAMP_S + index}.000000", views.look(index)
+            stamp, look = _stamp(views, index), views.look(index)
             out.write_image(f"rgb/{stamp}.png", look.frame.rgb)
             readings = look.readings
             out.write_image(f"depth/{stamp}.png", _in_units(readings.depth, MILLIMETRES.scale))
@@ -109,6 +115,7 @@ def _as_plain(views: RoomViews, out: OutputFolder) -> Generator[Frame]:
             yield look.frame
     finally:
         out.write_text("poses.txt", _trajectory(stamps, views.poses))
+        _write_places(stamps, views, out)
 
 
 def _write_lists(stamps: Sequence[str], poses: Sequence[Pose], out: OutputFolder) -> None:
@@ -117,6 +124,18 @@ def _write_lists(stamps: Sequence[str], poses: Sequence[Pose], out: OutputFolder
         lines = [f"{stamp} {kind}/{stamp}.png" for stamp in stamps]
         out.write_text(f"{kind}.txt", "\n".join(["# timestamp filename", *lines]) + "\n")
     out.write_text("groundtruth.txt", _trajectory(stamps, poses))
+
+
+def _write_places(ids: Sequence[str], views: DrawnViews, out: OutputFolder) -> None:
+    """Write in which room of a home each of the first frames was taken."""
+    if isinstance(views, KnowsPlaces):
+        lines = [f"{id} {views.place(index)}" for index, id in enumerate(ids)]
+        out.write_text("places.txt", "\n".join(lines) + "\n")
+
+
+def _stamp(views: DrawnViews, index: int) -> str:
+    """Return the seconds of a frame as files are named by them."""
+    return f"{FIRST_STAMP_S + views.seconds_of(index):.6f}"
 
 
 def _trajectory(stamps: Sequence[str], poses: Sequence[Pose]) -> str:

@@ -20,7 +20,7 @@ Box = npt.NDArray[np.float64]  # x_min, y_min, x_max, y_max
 _N_TRIES = 60
 # What stands closer to its neighbour is one cluster with it for any teacher.
 _GAP_ON_TABLE, _GAP_ON_FLOOR = 0.05, 0.18
-_PER_SQUARE_METRE = 14.0
+PER_SQUARE_METRE = 14.0
 _LEFT_OUT, _ADDED = 0.2, 0.25
 
 
@@ -81,12 +81,22 @@ class Arrangement:
         self._n_square_metres = self._reach(None)
         self.things: list[Thing] = []
 
-    def fill(self, kinds: Sequence[Kind], n_on_floor: int, rng: np.random.Generator) -> None:
-        """Put things everywhere; what finds no place is left out."""
+    def fill(
+        self,
+        kinds: Sequence[Kind],
+        n_on_floor: int,
+        rng: np.random.Generator,
+        *,
+        per_square_metre: float = PER_SQUARE_METRE,
+    ) -> None:
+        """Put things everywhere; what finds no place is left out.
+
+        per_square_metre: how many things on tables.
+        """
         table_kinds = [kind for kind in kinds if "table" in kind.places]
         floor_kinds = [kind for kind in kinds if "floor" in kind.places]
         for number, surface in enumerate(self._surfaces):
-            n_things = int(rng.poisson(_PER_SQUARE_METRE * surface.area))
+            n_things = int(rng.poisson(per_square_metre * surface.area))
             for kind in draw_kinds(table_kinds, n_things, rng):
                 self._put_on_surface(Thing(kind, kind.draw(rng), False, np.eye(4)), number, rng)
         for kind in draw_kinds(floor_kinds, n_on_floor, rng):

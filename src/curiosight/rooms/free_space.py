@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -26,7 +27,8 @@ class FreeSpace:
     """The floor that a round robot can reach.
 
     outline: of the room. obstacles: footprints of what stands on the floor.
-    radius: of the robot, metres. cell: side of a grid cell, metres.
+    radius: of the robot, metres. cell: side of a grid cell, metres. more: outlines of other
+    rooms and doorways that hang together with it.
 
     Where obstacles cut the room in pieces, only the largest counts.
     """
@@ -38,17 +40,37 @@ class FreeSpace:
         *,
         radius: float = ROBOT_RADIUS,
         cell: float = 0.05,
+        more: Sequence[Polygon] = (),
     ) -> None:
         self._cell = cell
-        self._origin = np.asarray(outline, np.float64).min(0)
-        extent = np.asarray(outline, np.float64).max(0) - self._origin
+        outlines = [np.asarray(polygon, np.float64) for polygon in (outline, *more)]
+        corners = np.concatenate(outlines)
+        self._origin = corners.min(0)
+        extent = corners.max(0) - self._origin
         width, height = (int(n) + 1 for n in np.ceil(extent / cell))
         is_open = np.zeros((height + 2, width + 2), np.uint8)
-        self._fill(is_open, outline, 1)
+        for polygon in outlines:
+            self._fill(is_open, polygon, 1)
         for obstacle in obstacles:
             self._fill(is_open, obstacle, 0)
         clearance = cv2.distanceTransform(is_open, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * cell
         self.is_free = _largest_piece(clearance > radius)
+
+    def within(self, outline: Polygon) -> FreeSpace:
+        """Return the part of it inside an outline, such as that of one room."""
+        inside = np.zeros(self.is_free.shape, np.uint8)
+        self._fill(inside, outline, 1)
+        return self._part(self.is_free & (inside > 0))
+
+    def shared_with(self, other: FreeSpace) -> FreeSpace:
+        """Return what is free here and there; both must be of the same outlines."""
+        return self._part(_largest_piece(self.is_free & other.is_free))
+
+    def _part(self, is_free: Mask) -> FreeSpace:
+        part = copy(self)
+        part.__dict__.pop("_graph", None)
+        part.is_free = is_free
+        return part
 
     @property
     def area(self) -> float:
@@ -90,8 +112,13 @@ class FreeSpace:
             return straight
         numbers, graph = self._graph
         cells = [numbers[self._cell_of(place)] for place in (start, goal)]
-        metres = dijkstra(graph, directed=False, indices=cells[0])[cells[1]]
-        return max(straight, float(metres))
+        # A short way is found without a look at the rest of a large floor.
+        reach, longest = 1.5 * straight + 1, 1.5 * self._cell * graph.shape[0]
+        while True:
+            metres = dijkstra(graph, directed=False, indices=cells[0], limit=reach)[cells[1]]
+            if np.isfinite(metres) or reach > longest:
+                return max(straight, float(metres))
+            reach *= 2
 
     def _is_clear(self, start: Place, goal: Place) -> bool:
         n_samples = 2 + int(np.linalg.norm(np.subtract(goal, start)) / (0.5 * self._cell))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +40,16 @@ class Rendering:
     infrared: Floats
 
 
+class Seen(NamedTuple):
+    """What N rays meet: the pixels of a `Rendering`, in a row."""
+
+    radiance: Floats
+    depth: Floats
+    ids: npt.NDArray[np.int32]
+    cosine: Floats
+    infrared: Floats
+
+
 class Renderer:
     """Draws one scene from any place; its light is worked out when it is made.
 
@@ -66,32 +78,53 @@ class Renderer:
                 "T_world_camera: expected a (4, 4) rotation and translation, "
                 f"got {np.shape(T_world_camera)} {T_world_camera}"
             )
-        directions = ray_directions(camera, T_world_camera)
-        origin = T_world_camera[:3, 3].astype(np.float32)
-        radiance = np.zeros((camera.height, camera.width, 3), np.float32)
-        cosine = np.zeros((camera.height, camera.width), np.float32)
+        return take_picture(self.see, self.each, camera, T_world_camera)
 
-        def draw(rows: slice) -> tuple[npt.NDArray[np.int32], Floats]:
-            rays = Rays(origin, directions[rows].reshape(-1, 3), 1 / camera.fx)
-            hits = self._caster.hits(
-                np.broadcast_to(origin, rays.directions.shape), rays.directions
-            )
-            colours = radiance[rows].reshape(-1, 3)
-            paint(hits, rays, self._surfaces, self._mipmaps, colours, cosine[rows].reshape(-1))
-            polish(hits, rays, self._surfaces, self._lights, colours)
-            return hits.triangle, hits.distance
+    def each(self, work: Callable[[slice], Seen], items: Sequence[slice]) -> list[Seen]:
+        """Return what the work gives for each item, in order, some at a time."""
+        return self._caster.map(work, items)
 
-        drawn = self._caster.map(draw, portions(camera.height, N_ROWS))
-        triangle, depth = (np.concatenate(pieces) for pieces in zip(*drawn, strict=True))
+    def see(self, rays: Rays, start: Floats | None = None) -> Seen:
+        """Return what rays meet; start: (N,) where on each ray it begins, None = at its origin."""
+        directions, n_rays = rays.directions, len(rays.directions)
+        origins = np.broadcast_to(rays.origin, directions.shape)
+        if start is not None:
+            origins = origins + start[:, None] * directions
+        hits = self._caster.hits(origins, directions)
+        if start is not None:
+            hits = hits._replace(distance=hits.distance + start)
+        radiance, cosine = np.zeros((n_rays, 3), np.float32), np.zeros(n_rays, np.float32)
+        paint(hits, rays, self._surfaces, self._mipmaps, radiance, cosine)
+        polish(hits, rays, self._surfaces, self._lights, radiance)
+        triangle, depth = hits.triangle, hits.distance
         depth[triangle < 0] = np.nan
-        size = (camera.height, camera.width)
-        return Rendering(
-            radiance,
-            depth.reshape(size),
-            self._part_of_triangle[triangle].reshape(size),
-            cosine,
-            self._infrared_of_triangle[triangle].reshape(size),
-        )
+        infrared = self._infrared_of_triangle[triangle]
+        return Seen(radiance, depth, self._part_of_triangle[triangle], cosine, infrared)
+
+
+def take_picture(
+    see: Callable[[Rays], Seen],
+    each: Callable[[Callable[[slice], Seen], Sequence[slice]], list[Seen]],
+    camera: Camera,
+    T_world_camera: Pose,
+) -> Rendering:
+    """Return what all the rays of a camera meet; each: how portions of the rows are worked on."""
+    directions = ray_directions(camera, T_world_camera)
+    origin = T_world_camera[:3, 3].astype(np.float32)
+
+    def draw(rows: slice) -> Seen:
+        return see(Rays(origin, directions[rows].reshape(-1, 3), 1 / camera.fx))
+
+    size = (camera.height, camera.width)
+    columns = zip(*each(draw, portions(camera.height, N_ROWS)), strict=True)
+    radiance, depth, ids, cosine, infrared = map(np.concatenate, columns)
+    return Rendering(
+        radiance.reshape(*size, 3),
+        depth.reshape(size),
+        ids.reshape(size),
+        cosine.reshape(size),
+        infrared.reshape(size),
+    )
 
 
 def ray_directions(camera: Camera, T_world_camera: Pose) -> Floats:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from curiosight.rooms.arrangement import Arrangement, Surface, Thing, rearranged
+from curiosight.rooms.brief import Brief
 from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.furniture import Placed, furnish
 from curiosight.rooms.mesh import Mesh
+from curiosight.rooms.palette import EVERYTHING, painted_with
 from curiosight.rooms.plan import FloorPlan, draw_plan
 from curiosight.rooms.scene import Light, Role, Scene
 from curiosight.rooms.settings import RoomSettings
@@ -24,7 +27,7 @@ from curiosight.rooms.truth import role_of_furniture, role_of_thing
 N_ON_FLOOR = 16
 MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
 # Numbers of the random streams that a seed is split into.
-PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS = range(6)
+PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS, VISITS = range(7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,7 @@ class Room:
     """A room to look around in; metres, z up, the floor at z = 0.
 
     first_things: where the things stood when the room was drawn. things: where they stand.
+    brief: what it was asked to be; None = as its seed has it.
     """
 
     settings: RoomSettings
@@ -40,6 +44,7 @@ class Room:
     furniture: tuple[Placed, ...]
     first_things: tuple[Thing, ...]
     things: tuple[Thing, ...]
+    brief: Brief | None = None
 
     @cached_property
     def scene(self) -> Scene:
@@ -76,8 +81,16 @@ class Room:
             return replace(self, settings=settings, things=self.first_things)
         rng = stream(settings, REARRANGEMENT, seed)
         empty = _places(self.plan, self.shell, self.furniture)
-        things = rearranged(self.first_things, empty, _kinds(settings), rng)
+        with painted_with(EVERYTHING if self.brief is None else self.brief.palette):
+            things = rearranged(self.first_things, empty, self._kinds, rng)
         return replace(self, settings=settings, things=things)
+
+    @property
+    def _kinds(self) -> Sequence[Kind]:
+        """The kinds of things that are brought in."""
+        if self.brief is None:
+            return _kinds(self.settings)
+        return (*self.brief.purpose.things, *_kinds(self.settings)[len(KINDS) :])
 
     def _lights(self) -> tuple[Light, ...]:
         """Return the lights, or others: each in another brightness and tint, one of them off."""
@@ -94,8 +107,14 @@ class Room:
         return tuple(changed)
 
 
-def draw_room(settings: RoomSettings) -> Room:
-    """Draw the room of a seed: always the same for the same settings."""
+def draw_room(settings: RoomSettings, brief: Brief | None = None) -> Room:
+    """Draw the room of a seed: always the same for the same settings.
+
+    brief: what the room is asked to be, one of a home; None = as its seed has it.
+    """
+    if brief is not None:
+        with painted_with(brief.palette):
+            return _draw_as_asked(settings, brief)
     rng = stream(settings, PLAN)
     plan = draw_plan(rng, settings.plan)
     shell = draw_shell(plan, rng)
@@ -107,7 +126,30 @@ def draw_room(settings: RoomSettings) -> Room:
     return room.rearranged(settings.rearrange, lights=settings.lights)
 
 
-def stream(settings: RoomSettings, number: int, *more: int) -> np.random.Generator:
+def _draw_as_asked(settings: RoomSettings, brief: Brief) -> Room:
+    rng, purpose = stream(settings, PLAN), brief.purpose
+    shell = draw_shell(brief.plan, rng, brief.openings, brief.mood)
+    furniture = furnish(brief.plan, shell, rng, purpose.furniture)
+    arrangement = _places(brief.plan, shell, furniture)
+    arrangement.fill(
+        (*purpose.things, *_kinds(settings)[len(KINDS) :]),
+        purpose.n_on_floor,
+        stream(settings, THINGS),
+        per_square_metre=purpose.per_square_metre,
+    )
+    things = tuple(arrangement.things)
+    room = Room(settings, brief.plan, shell, furniture, things, things, brief)
+    return room.rearranged(settings.rearrange, lights=settings.lights)
+
+
+class Seeded(Protocol):
+    """What has a seed."""
+
+    @property
+    def seed(self) -> int: ...
+
+
+def stream(settings: Seeded, number: int, *more: int) -> np.random.Generator:
     """Return one of the independent sources of chance that a room's seed gives."""
     return np.random.default_rng((settings.seed, number, *more))
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.frame import Pose
 from curiosight.rooms.mesh import Mesh
 
 Vector = npt.NDArray[np.floating[Any]]
@@ -48,6 +49,12 @@ class Light:
     across: Vector
     rgb: Vector
 
+    def moved(self, T_to_light: Pose) -> Light:
+        """Return the light after a rigid motion, (4, 4)."""
+        rotation, shift = T_to_light[:3, :3], T_to_light[:3, 3]
+        centre = rotation @ self.centre + shift
+        return Light(centre, rotation @ self.along, rotation @ self.across, self.rgb)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
@@ -58,3 +65,8 @@ class Scene:
 
     parts: tuple[Part, ...]
     lights: tuple[Light, ...]
+
+    def moved(self, T_to_scene: Pose) -> Scene:
+        """Return all of it after a rigid motion, (4, 4)."""
+        parts = (replace(part, mesh=part.mesh.moved(T_to_scene)) for part in self.parts)
+        return Scene(tuple(parts), tuple(light.moved(T_to_scene) for light in self.lights))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -63,14 +63,8 @@ class RoomSettings:
             for name, usual in (("height", MAST_HEIGHT), ("tilt", MAST_TILT)):
                 if getattr(self, name) is None:
                     object.__setattr__(self, name, usual)
-        for name, choices in _CHOICES.items():
-            value = getattr(self, name)
-            if value is not None and value not in get_args(choices):
-                raise ValueError(f"{name}: expected {' or '.join(get_args(choices))}, got {value}")
-        for name in ("seed", "rearrange", "lights"):
-            value = getattr(self, name)
-            if value is not None and value < 0:
-                raise ValueError(f"{name}: expected 0 or more, got {value}")
+        check_choices(self, _CHOICES)
+        check_seeds(self, ("seed", "rearrange", "lights"))
         self._check_camera()
         if not 1 <= self.views <= MAX_VIEWS:
             raise ValueError(f"views: expected 1 to {MAX_VIEWS}, got {self.views}")
@@ -91,13 +85,8 @@ class RoomSettings:
     def __str__(self) -> str:
         """Return the source string that `parse_room` reads."""
         default = RoomSettings(seed=self.seed, over=self.over)
-        changed = [
-            f",{field.name}={_written(getattr(self, field.name))}"
-            for field in fields(self)
-            if getattr(self, field.name) != getattr(default, field.name)
-            or (field.name == "over" and self.over is not None)
-        ]
-        return f"{PREFIX}{self.seed}" + "".join(changed)
+        always = ("over",) if self.over is not None else ()
+        return write_options(PREFIX, self, default, always)
 
 
 _CHOICES = {
@@ -116,26 +105,66 @@ def is_room(source: Path | str) -> bool:
 
 def parse_room(source: str) -> RoomSettings:
     """Read room:SEED[,key=value…]; raises ValueError for what no room can be drawn from."""
-    seed, *pairs = source.removeprefix(PREFIX).split(",")
+    return RoomSettings(**read_options(source, PREFIX, READERS))
+
+
+def read_options(
+    source: str, prefix: str, readers: Mapping[str, Callable[[str], Any]]
+) -> dict[str, Any]:
+    """Return the seed and the options of a source such as room:SEED[,key=value…].
+
+    readers: what turns the text of each option into its value. Raises ValueError for others.
+    """
+    seed, *pairs = source.removeprefix(prefix).split(",")
     options: dict[str, Any] = {"seed": _read("seed", int, seed)}
     for pair in pairs:
         key, equals, value = pair.partition("=")
-        if key not in _READERS or not equals:
-            near = difflib.get_close_matches(key, _READERS, n=1)
+        if key not in readers or not equals:
+            near = difflib.get_close_matches(key, readers, n=1)
             hint = f"; did you mean {near[0]}=?" if near and near[0] != key else ""
-            expected = "room:SEED,key=value with " + ", ".join(_READERS)
+            expected = f"{prefix}SEED,key=value with " + ", ".join(readers)
             raise ValueError(f"{source}: expected {expected}; got {pair!r}{hint}")
         if key in options:
             raise ValueError(f"{source}: expected {key}= once, got it twice")
-        options[key] = _read(key, _READERS[key], value)
-    return RoomSettings(**options)
+        options[key] = _read(key, readers[key], value)
+    return options
 
 
-def _read_switch(text: str) -> bool:
+def write_options(prefix: str, settings: Any, default: Any, always: Container[str] = ()) -> str:
+    """Return the source string that is read back as the settings: what is not as by default.
+
+    settings, default: dataclasses with a `seed` each. always: names that are written anyway.
+    """
+    changed = [
+        f",{field.name}={_written(getattr(settings, field.name))}"
+        for field in fields(settings)
+        if getattr(settings, field.name) != getattr(default, field.name) or field.name in always
+    ]
+    return f"{prefix}{settings.seed}" + "".join(changed)
+
+
+def check_choices(settings: Any, choices: Mapping[str, Any]) -> None:
+    """Raise ValueError for a field that is none of its choices; None is always one."""
+    for name, kinds in choices.items():
+        value = getattr(settings, name)
+        if value is not None and value not in get_args(kinds):
+            raise ValueError(f"{name}: expected {' or '.join(get_args(kinds))}, got {value}")
+
+
+def check_seeds(settings: Any, names: Iterable[str]) -> None:
+    """Raise ValueError for a seed below 0; None is none."""
+    for name in names:
+        value = getattr(settings, name)
+        if value is not None and value < 0:
+            raise ValueError(f"{name}: expected 0 or more, got {value}")
+
+
+def read_switch(text: str) -> bool:
+    """Return what yes or no means."""
     return {"yes": True, "no": False}[text]
 
 
-_READERS: dict[str, Callable[[str], Any]] = {
+READERS: dict[str, Callable[[str], Any]] = {
     "plan": str,
     "rearrange": int,
     "lights": int,
@@ -144,13 +173,13 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "tilt": float,
     "views": int,
     "split": str,
-    "blur": _read_switch,
+    "blur": read_switch,
     "furniture": Path,
     "over": str,
     "mount": float,
     "scene": str,
 }
-_EXPECTED = {int: "a whole number", float: "a number", _read_switch: "yes or no"}
+_EXPECTED: dict[Any, str] = {int: "a whole number", float: "a number", read_switch: "yes or no"}
 
 
 def _read(name: str, reader: Callable[[str], Any], text: str) -> Any:

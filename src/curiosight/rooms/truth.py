@@ -71,12 +71,24 @@ def draw_truth(
     if not 0 <= ids.min() <= ids.max() <= len(parts):
         found = f"{ids.min()} to {ids.max()}"
         raise ValueError(f"ids: expected 0 to {len(parts)}, the number of parts, got {found}")
-    truth: Grey = _greys(ids, parts, min_size, max_size)[ids]
+    return with_outlines(_greys(ids, parts, min_size, max_size)[ids], outline_px)
+
+
+def with_outlines(truth: Grey, outline_px: int = 2) -> Grey:
+    """Return the truth with pixels on both sides of a boundary ignored; see `draw_truth`."""
+    truth = truth.copy()
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * outline_px + 1, 2 * outline_px + 1))
     near_salient = cv2.dilate((truth == Label.SALIENT).astype(np.uint8), disc)
     near_not_salient = cv2.dilate((truth == Label.NOT_SALIENT).astype(np.uint8), disc)
     truth[(near_salient & near_not_salient) > 0] = Label.UNKNOWN
     return truth
+
+
+def greys_of(
+    parts: Sequence[Part], *, min_size: float = MIN_SIZE, max_size: float = MAX_SIZE
+) -> Grey:
+    """Return the (number of parts,) greys of parts in the truth, see `draw_truth`."""
+    return np.array([_grey(part, min_size, max_size) for part in parts], np.uint8)
 
 
 def _greys(ids: Ids, parts: Sequence[Part], min_size: float, max_size: float) -> Grey:
@@ -103,7 +115,11 @@ def draw_instances(
 
     As `draw_truth`, but up to the outlines.
     """
-    truth = _greys(ids, parts, min_size, max_size)[ids]
+    return instances_of(ids, _greys(ids, parts, min_size, max_size)[ids])
+
+
+def instances_of(ids: Ids, truth: Grey) -> npt.NDArray[np.int32]:
+    """Return the numbers of the parts where the truth up to the outlines is salient."""
     instances = np.where(truth == Label.SALIENT, ids, 0).astype(np.int32)
     instances[truth == Label.UNKNOWN] = -1
     return instances

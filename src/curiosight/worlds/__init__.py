@@ -3,7 +3,7 @@
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
-from curiosight.worlds.sources import open_source
+from curiosight.worlds.sources import is_drawn, open_drawn, open_source
 from curiosight.worlds.travel import Odometer, travel
 from curiosight.worlds.world import World
 
@@ -13,6 +13,8 @@ __all__ = [
     "RoomWorld",
     "World",
     "check_world",
+    "is_drawn",
+    "open_drawn",
     "open_source",
     "travel",
 ]

@@ -1,4 +1,4 @@
-"""Move through a drawn room."""
+"""Move through a drawn room, or a drawn home."""
 
 from __future__ import annotations
 
@@ -11,19 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Viewpoint
-from curiosight.rooms.room import stream
-from curiosight.rooms.views import RoomViews
+from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.travel import travel, travel_seconds
-
-_VISITS = 6  # a random stream of its own, after those of the room
 
 
 class RoomWorld:
-    """A robot with a camera in a room; it can go to any place that is free.
+    """A robot with a camera in a room or a home; it can go to any place that is free.
 
     Every look is new: the sensors' noise and the exposure differ from visit to visit.
 
-    room_views: the room, and the viewpoints to choose from.
+    room_views: of the room or home, the viewpoints to choose from.
     regions: (len(room_views),) region of each viewpoint, -1 = none; such as `Regions.of_view`.
     indices: the viewpoints within reach; None = all.
     upcoming: may be set to a strategy's `upcoming`, so that views are rendered ahead of use.
@@ -33,7 +30,7 @@ class RoomWorld:
 
     def __init__(
         self,
-        room_views: RoomViews,
+        room_views: DrawnViews,
         regions: npt.NDArray[np.integer[Any]],
         *,
         indices: Sequence[int] | None = None,
@@ -111,8 +108,9 @@ class RoomWorld:
     def _look(self, viewpoint: Viewpoint, n_looks: int) -> Frame:
         """Look for the n-th time: its chance depends on nothing else."""
         assert viewpoint.T_world_camera is not None
-        rng = stream(self.room_views.room.settings, _VISITS, n_looks)
+        rng = self.room_views.visits_stream(n_looks)
         ids = self.room_views.ids
         is_drawn = 0 <= viewpoint.index < len(ids)
         id = ids[viewpoint.index] if is_drawn else f"look-{n_looks}"
-        return self.room_views.look_from(viewpoint.T_world_camera, id, rng).frame
+        pose = viewpoint.T_world_camera
+        return self.room_views.look_from(pose, id, rng, n_looks=n_looks).frame

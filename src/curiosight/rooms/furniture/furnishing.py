@@ -16,6 +16,8 @@ from curiosight.rooms.plan import FloorPlan, Rectangle
 from curiosight.rooms.shell import Shell
 
 Draw = Callable[[np.random.Generator], Furniture]
+# A piece, and the chance that a room has it.
+Wanted = tuple[Draw, float]
 
 # Metres from a wall to what stands at it, or to what stands under a window; free to the sides
 # of a window, before a piece's front, and around what stands free.
@@ -28,13 +30,23 @@ LARGEST_SHARE, MAIN_SHARE = 0.33, 0.97
 FEWEST_TOPS, N_TRIES = 3, 120
 
 
-def furnish(plan: FloorPlan, shell: Shell, rng: np.random.Generator) -> tuple[Placed, ...]:
+def furnish(
+    plan: FloorPlan,
+    shell: Shell,
+    rng: np.random.Generator,
+    wanted: Sequence[Wanted] | None = None,
+) -> tuple[Placed, ...]:
     """Put a believable set of furniture in a room; what finds no place is left out.
 
     Doors stay clear, windows too of what is tall, and the floor that a robot of 35 cm radius
-    can stand on is one piece.
+    can stand on is one piece. wanted: None = a bit of everything, with enough tops for things.
     """
     furnishing = _Furnishing(plan, shell)
+    if wanted is not None:
+        for draw, chance in wanted:
+            if rng.random() < chance:
+                furnishing.place(draw(rng), rng)
+        return tuple(furnishing.placed)
     for draw in _draw_set(rng):
         furnishing.place(draw(rng), rng)
     for draw in (storage.sideboard, tables.desk, storage.tv_board, tables.coffee_table):

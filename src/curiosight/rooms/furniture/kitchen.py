@@ -12,7 +12,7 @@ from curiosight.rooms.furniture.fronts import THICKNESS, TOP_SPACING, Look, draw
 from curiosight.rooms.furniture.kind import Furniture, Top
 from curiosight.rooms.materials import chrome, colour, near, plastic, steel, timber
 from curiosight.rooms.mesh import Material, Mesh, join, standing
-from curiosight.rooms.palette import MUTED, draw_colour
+from curiosight.rooms.palette import draw_colour, draw_muted
 
 UNIT, DEPTH, HEIGHT = 0.6, 0.62, 0.90
 WORKTOP, PLINTH = 0.04, 0.1
@@ -53,7 +53,7 @@ def _worktop(half: float, rng: np.random.Generator) -> Mesh:
     if kind == 0:
         material = timber(rng)
     else:
-        rgb = near(rng, MUTED[rng.integers(len(MUTED))])
+        rgb = near(rng, draw_muted(rng))
         texture = textures.speckled(rng, rgb) if kind == 1 else textures.stone(rng, rgb)
         material = Material(texture, (0.5, 0.5), gloss=0.45, sharpness=50.0)
     z = (HEIGHT - WORKTOP, HEIGHT)

@@ -96,7 +96,7 @@ def _sockets(space: WallSpace, rng: np.random.Generator) -> Iterator[tuple[str, 
 
 
 def _switches(space: WallSpace, rng: np.random.Generator) -> Iterator[tuple[str, Mesh]]:
-    for door in (opening for opening in space.openings if opening.kind == "door"):
+    for door in (opening for opening in space.openings if opening.is_door):
         for x in (door.left - 0.2, door.right + 0.2):
             if space.is_solid(x):
                 yield "switch", space.at(hangings.switch_mesh(rng), x, SWITCH_HEIGHT)

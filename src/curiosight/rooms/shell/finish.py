@@ -9,7 +9,7 @@ import numpy as np
 from curiosight.rooms import textures
 from curiosight.rooms.materials import near, plastic
 from curiosight.rooms.mesh import Material
-from curiosight.rooms.palette import MUTED, Colour, draw_colour
+from curiosight.rooms.palette import Colour, draw_colour, draw_muted
 
 FLOOR_WOODS = ((172, 132, 88), (146, 104, 64), (112, 80, 54), (190, 160, 120), (128, 118, 106))
 WHITE = (240, 238, 232)
@@ -55,7 +55,7 @@ def draw_floor(rng: np.random.Generator) -> Material:
     if kind == "boards":
         wood = near(rng, FLOOR_WOODS[rng.integers(len(FLOOR_WOODS))])
         return Material(textures.planks(rng, wood), (1.9, 0.85), gloss=0.25, sharpness=14.0)
-    rgb = near(rng, MUTED[rng.integers(len(MUTED))]) if rng.random() < 0.6 else draw_colour(rng)
+    rgb = near(rng, draw_muted(rng)) if rng.random() < 0.6 else draw_colour(rng)
     if kind == "tiles":
         side = float(rng.uniform(1.0, 1.8))
         return Material(textures.tiles(rng, rgb), (side, side), gloss=0.35, sharpness=30.0)

@@ -18,6 +18,8 @@ from curiosight.rooms.shell.finish import Finish
 from curiosight.rooms.shell.walls import Opening
 
 RECESS = 0.16
+# What fills an open doorway in its room's picture, where the next room's begins.
+DOORWAY = "doorway"
 DAYLIGHT = (0.90, 0.97, 1.06)
 
 
@@ -29,7 +31,7 @@ def draw_openings(plan: FloorPlan, rng: np.random.Generator) -> tuple[Opening, .
     doors = [_draw_door(wall, rng) for wall in order[:n_doors]]
     n_lit = int(rng.integers(1, min(3, len(order) - n_doors) + 1))
     windows = [
-        w for wall in order[n_doors : n_doors + n_lit] for w in _draw_windows(plan, wall, rng)
+        w for wall in order[n_doors : n_doors + n_lit] for w in draw_windows(plan, wall, rng)
     ]
     return (*doors, *windows)
 
@@ -42,7 +44,8 @@ def _draw_door(wall: Wall, rng: np.random.Generator) -> Opening:
     return Opening("door", wall, left, left + width, 0.0, height)
 
 
-def _draw_windows(plan: FloorPlan, wall: Wall, rng: np.random.Generator) -> tuple[Opening, ...]:
+def draw_windows(plan: FloorPlan, wall: Wall, rng: np.random.Generator) -> tuple[Opening, ...]:
+    """Draw one to three windows in a wall."""
     n_windows = int(np.clip(wall.length // 2.6, 1, 3))
     width = float(min(rng.uniform(0.9, 2.0), wall.length / n_windows - 0.8))
     bottom, top = float(rng.uniform(0.8, 1.05)), plan.height - float(rng.uniform(0.25, 0.4))
@@ -77,6 +80,31 @@ def door_mesh(opening: Opening, finish: Finish, leaf: Material, rng: np.random.G
     return join(meshes).moved(opening.wall.T_room_wall)
 
 
+def door_frame(opening: Opening, depth: float, finish: Finish) -> Mesh:
+    """Return the frame and the sides of an open doorway, `depth` metres into the wall."""
+    x, top = (opening.left, opening.right), opening.top
+    width, side = opening.width, (0.0, depth, 0.0)
+    meshes = [
+        shapes.panel((x[0], 0, 0), side, (0, 0, top), finish.trim),
+        shapes.panel((x[1], depth, 0), (0, -depth, 0), (0, 0, top), finish.trim),
+        shapes.panel((x[0], depth, top), (width, 0, 0), (0, -depth, 0), finish.trim),
+        shapes.panel((x[0], 0, 0), (width, 0, 0), side, finish.trim),
+        block((x[0] - 0.07, x[0]), (-0.02, 0.005), (0, top + 0.07), finish.trim),
+        block((x[1], x[1] + 0.07), (-0.02, 0.005), (0, top + 0.07), finish.trim),
+        block(x, (-0.02, 0.005), (top, top + 0.07), finish.trim),
+    ]
+    return join(meshes).moved(opening.wall.T_room_wall)
+
+
+def doorway_mesh(opening: Opening, depth: float) -> Mesh:
+    """Return the plane through which one looks on, `depth` metres into the wall."""
+    grey = plastic(np.array((120, 116, 110), np.uint8), gloss=0.0)
+    plane = shapes.panel(
+        (opening.left, depth, 0), (opening.width, 0, 0), (0, 0, opening.top), grey, spacing=0.25
+    )
+    return plane.moved(opening.wall.T_room_wall)
+
+
 def _door_panels(top: float, n_panels: int) -> list[tuple[float, float]]:
     """Return the heights of a leaf's raised fields."""
     edges = np.linspace(0.2, top - 0.14, n_panels + 1)
@@ -84,12 +112,19 @@ def _door_panels(top: float, n_panels: int) -> list[tuple[float, float]]:
     return [(low + gap, high - gap) for low, high in pairwise(edges)]
 
 
-def window_mesh(opening: Opening, wall: Material, finish: Finish, rng: np.random.Generator) -> Mesh:
+def window_mesh(
+    opening: Opening,
+    wall: Material,
+    finish: Finish,
+    rng: np.random.Generator,
+    *,
+    daylight: float = 1.0,
+) -> Mesh:
     """Return a recessed window: its reveal and sill, the frame, and the view outside."""
     x, z, depth = (opening.left, opening.right), (opening.bottom, opening.top), RECESS
     width, height = opening.width, opening.height
     view = pictures.outdoors(rng, (256, round(256 * width / height)))
-    sky = Material(view, emission=2.4, infrared=0.0, gloss=0.3, sharpness=100.0)
+    sky = Material(view, emission=2.4 * daylight, infrared=0.0, gloss=0.3, sharpness=100.0)
     y = (depth - 0.06, depth - 0.01)
     n_panes = max(1, round(width / float(rng.uniform(0.5, 0.9))))
     bars = [

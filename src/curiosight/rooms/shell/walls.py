@@ -20,7 +20,11 @@ FLOOR_SPACING, WALL_SPACING, CEILING_SPACING = 0.10, 0.13, 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Opening:
-    """A door or a window: where it is in its wall, metres in the wall's frame."""
+    """A door or a window: where it is in its wall, metres in the wall's frame.
+
+    kind: "door" is closed, "doorway" open, "window". depth: metres of wall that an open one
+    leads through.
+    """
 
     kind: str
     wall: Wall
@@ -28,6 +32,12 @@ class Opening:
     right: float
     bottom: float
     top: float
+    depth: float = 0.0
+
+    @property
+    def is_door(self) -> bool:
+        """Tell whether one goes through it, closed or open."""
+        return self.kind != "window"
 
     @property
     def width(self) -> float:

@@ -75,13 +75,13 @@ class RoomMap:
 
     region_of_view: (n_views,) int; -1 = in no region.
     visited: the view of each step, in order.
-    outline: (n, 2) metres, the polygon of the walls; None = not known.
+    outlines: (n, 2) metres each, the polygons of the walls; none where they are not known.
     """
 
     views: FromAbove
     region_of_view: npt.NDArray[np.int64]
     visited: Sequence[int]
-    outline: Points | None = None
+    outlines: Sequence[Points] = ()
     footprints: Sequence[Footprint] = ()
 
     def __post_init__(self) -> None:

@@ -28,7 +28,7 @@ def floor_plan(room: RoomMap, region_names: Sequence[str]) -> Markup:
     size = float(np.ptp(corners, axis=0).max()) or 1.0
     reach = _REACH * size
     # Walls hold nearly every wedge; without them the outermost may open outwards.
-    margin = (1.1 if room.outline is None else 0.2) * reach
+    margin = (0.2 if room.outlines else 1.1) * reach
     low, high = corners.min(0) - margin, corners.max(0) + margin
     width, height = high - low
     drawing = element(
@@ -56,8 +56,7 @@ def _corners(room: RoomMap) -> Floats:
     """Return all that the map must hold, (n, 2) metres."""
     positions = room.views.positions
     polygons = [footprint.polygon for footprint in room.footprints]
-    outlines = [] if room.outline is None else [room.outline]
-    return np.concatenate([positions[np.isfinite(positions[:, 0])], *outlines, *polygons])
+    return np.concatenate([positions[np.isfinite(positions[:, 0])], *room.outlines, *polygons])
 
 
 def _grid(low: Floats, high: Floats, side: float) -> Markup:
@@ -74,8 +73,8 @@ def _multiples(side: float, low: float, high: float) -> Floats:
 
 
 def _walls_and_things(room: RoomMap) -> Iterator[Markup]:
-    if room.outline is not None:
-        yield element("path", {"class": "walls", "d": _path(room.outline) + "z"})
+    for outline in room.outlines:
+        yield element("path", {"class": "walls", "d": _path(outline) + "z"})
     for footprint in room.footprints:
         kind = "object" if footprint.is_object else "furniture"
         shape = {"class": kind, "d": _path(footprint.polygon) + "z"}

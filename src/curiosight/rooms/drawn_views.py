@@ -1,0 +1,208 @@
+"""Views of what is drawn as a recording: rendered when asked for, with the truth of every pixel."""
+
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Camera, Depth, Frame, Pose
+from curiosight.rooms.colour_sensor import develop, draw_look
+from curiosight.rooms.free_space import Place, Polygon
+from curiosight.rooms.renderer import Rendering
+from curiosight.rooms.room import VISITS, stream
+from curiosight.rooms.sensing import Readings, sense
+from curiosight.rooms.settings import SensorName
+
+# A Kinect's colour camera, depth registered to it.
+CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+_N_KEPT = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What a camera in a room gets to see, and what is really there.
+
+    truth: (H, W) uint8, 255 salient, 0 not salient, 125 ignored.
+    true_depth: (H, W) float32 metres along z. ids: (H, W) int32 number of the part.
+    readings: what the depth sensor gives, of its own size; `frame.depth` is made of it.
+    """
+
+    frame: Frame
+    truth: npt.NDArray[np.uint8]
+    true_depth: Depth
+    ids: npt.NDArray[np.int32]
+    readings: Readings
+
+
+class ViewSettings(Protocol):
+    """What the settings of all that is drawn say."""
+
+    @property
+    def seed(self) -> int: ...
+    @property
+    def sensor(self) -> SensorName: ...
+    @property
+    def blur(self) -> bool: ...
+
+
+class Space(Protocol):
+    """Where a camera can be brought."""
+
+    def contains(self, place: Place) -> bool:
+        """Tell whether it can be brought to (x, y)."""
+        ...
+
+    def check(self, place: Place) -> None:
+        """Raise ValueError for a place that it cannot be brought to."""
+        ...
+
+    def way(self, start: Place, goal: Place) -> float:
+        """Return the metres of the way between two places."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """What stands on the floor, seen from above: its name, and (4, 2) corners in the world."""
+
+    name: str
+    polygon: Polygon
+    is_object: bool
+
+
+class DrawnViews(ABC):
+    """Views of what is drawn: rendered when asked for; a `Dataset`.
+
+    settings: what it is drawn from. poses: T_world_camera of each viewpoint.
+    """
+
+    name = "room"
+    has_depth = True
+    camera = CAMERA
+    remarks: tuple[str, ...] = ()
+
+    def __init__(self, settings: ViewSettings, poses: Sequence[Pose], ids: Sequence[str]) -> None:
+        self.settings = settings
+        self.path = str(settings)
+        self.poses = tuple(poses)
+        self.ids = tuple(ids)
+        self._looks: OrderedDict[int, Look] = OrderedDict()
+        self._lock = threading.Lock()
+
+    @property
+    @abstractmethod
+    def free_space(self) -> Space:
+        """Where the camera can be brought, and how long the ways are."""
+
+    @abstractmethod
+    def look_from(
+        self,
+        T_world_camera: Pose,
+        id: str,
+        rng: np.random.Generator,
+        *,
+        camera: Camera = CAMERA,
+        n_looks: int = 0,
+    ) -> Look:
+        """Look from anywhere; chance is in the exposure and in the sensors' noise.
+
+        n_looks: how many looks there were before, where it changes while it is looked at.
+        """
+
+    @abstractmethod
+    def looks_stream(self, index: int) -> np.random.Generator:
+        """Return the chance in a view's exposure and noise."""
+
+    @abstractmethod
+    def at_places(self, places: Sequence[tuple[float, float, float]]) -> DrawnViews:
+        """Return the views from chosen places: metres x, y, degrees heading, see `pose_at`."""
+
+    @abstractmethod
+    def test_views(self, n_views: int) -> DrawnViews:
+        """Return other viewpoints, for testing."""
+
+    @abstractmethod
+    def own_test_views(self) -> DrawnViews:
+        """Return the views that an exploration is tested on."""
+
+    @abstractmethod
+    def is_place_of(self, other: DrawnViews) -> bool:
+        """Tell whether other views are of the same walls and furniture."""
+
+    @property
+    @abstractmethod
+    def outlines(self) -> Sequence[Polygon]:
+        """The walls seen from above."""
+
+    @property
+    @abstractmethod
+    def footprints(self) -> Sequence[Standing]:
+        """What stands on the floor, seen from above."""
+
+    def visits_stream(self, n_looks: int) -> np.random.Generator:
+        """Return the chance in a look that is one more visit."""
+        return stream(self.settings, VISITS, n_looks)
+
+    def seconds_of(self, index: int) -> float:
+        """Return when a view is recorded: as if the robot had looked around once a second."""
+        return float(index)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def __getitem__(self, index: int) -> Frame:
+        return self.look(index).frame
+
+    def has_ground_truth(self, index: int) -> bool:
+        return True
+
+    def ground_truth(self, index: int) -> npt.NDArray[np.uint8]:
+        return self.look(index).truth
+
+    def true_depth(self, index: int) -> Depth:
+        """Return the real distances of a view, (H, W) metres along z."""
+        return self.look(index).true_depth
+
+    @abstractmethod
+    def instance_truth(self, index: int) -> npt.NDArray[np.int32]:
+        """Return a view's objects, (H, W) int32: a number each, 0 = none, -1 = ignored."""
+
+    def look(self, index: int) -> Look:
+        """Return a view and its truth; the last few are kept."""
+        index = range(len(self))[index]
+        with self._lock:
+            if index not in self._looks:
+                rng = self.looks_stream(index)
+                pose, id = self.poses[index], self.ids[index]
+                self._looks[index] = self.look_from(pose, id, rng, n_looks=index)
+            self._looks.move_to_end(index)
+            while len(self._looks) > _N_KEPT:
+                self._looks.popitem(last=False)
+            return self._looks[index]
+
+
+def take_look(
+    rendering: Rendering,
+    truth: npt.NDArray[np.uint8],
+    settings: ViewSettings,
+    frame: tuple[str, Camera, Pose],
+    rng: np.random.Generator,
+) -> Look:
+    """Return what cheap sensors make of a rendering; frame: id, camera and T_world_camera."""
+    id, camera, T_world_camera = frame
+    rgb = develop(rendering.radiance, draw_look(rng, blur=settings.blur), rng)
+    readings = sense(settings.sensor, rendering, camera, rng)
+    return Look(
+        Frame(id, rgb, readings.registered(camera), camera, T_world_camera),
+        truth,
+        rendering.depth,
+        rendering.ids,
+        readings,
+    )

@@ -1,0 +1,109 @@
+"""What a home is drawn from, as it is written in a command: home:11,rooms=4,views=30."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from curiosight.rooms.home.change import Change, read_change
+from curiosight.rooms.settings import (
+    MAST_HEIGHT,
+    MAST_TILT,
+    READERS,
+    RoomSettings,
+    SceneName,
+    SensorName,
+    Split,
+    check_choices,
+    check_seeds,
+    read_options,
+    read_switch,
+    write_options,
+)
+
+PREFIX = "home:"
+N_ROOMS, MAX_ROOMS = 8, 40
+# Viewpoints a room, of all rooms together at most so many.
+N_VIEWS, MAX_VIEWS = 60, 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class HomeSettings:
+    """Everything that decides what a home's images look like.
+
+    seed: of the floor plan and of all that is in it. rooms: how many.
+    views: how many viewpoints a room.
+    change: what happens to the home after some looks; None = nothing. Test views show the home
+        as it is then.
+    unlearnable: one room's things and surfaces look different at every look.
+    The others are as of a room, see `RoomSettings`.
+    """
+
+    seed: int = 0
+    rooms: int = N_ROOMS
+    rearrange: int | None = None
+    lights: int | None = None
+    sensor: SensorName = "kinect"
+    height: float = MAST_HEIGHT
+    tilt: float = MAST_TILT
+    views: int = N_VIEWS
+    split: Split = "train"
+    blur: bool = False
+    furniture: Path | None = None
+    mount: float = 0.0
+    scene: SceneName = "auto"
+    change: Change | None = None
+    unlearnable: bool = False
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.rooms <= MAX_ROOMS:
+            raise ValueError(f"rooms: expected 1 to {MAX_ROOMS}, got {self.rooms}")
+        if not 1 <= self.views <= MAX_VIEWS // self.rooms:
+            most = f"{MAX_VIEWS // self.rooms} a room"
+            raise ValueError(f"views: expected 1 to {most}, got {self.views}")
+        check_choices(self, {"sensor": SensorName, "split": Split, "scene": SceneName})
+        check_seeds(self, ("seed", "rearrange", "lights"))
+        changed = None if self.change is None else self.change.room
+        if changed is not None and changed >= self.rooms:
+            raise ValueError(f"change: expected room=0 to {self.rooms - 1}, got {changed}")
+        self.of_room(self.seed, 0)  # what a room refuses, no home has
+
+    def of_room(self, seed: int, number: int) -> RoomSettings:
+        """Return what the room of a number is drawn from, with a seed of its own."""
+        return RoomSettings(
+            seed,
+            rearrange=self.rearrange,
+            lights=self.lights,
+            sensor=self.sensor,
+            height=self.height,
+            tilt=self.tilt,
+            split=self.split,
+            blur=self.blur,
+            furniture=self.furniture,
+            mount=self.mount,
+            scene=self.scene,
+        )
+
+    def __str__(self) -> str:
+        """Return the source string that `parse_home` reads."""
+        return write_options(PREFIX, self, HomeSettings(seed=self.seed))
+
+
+def is_home(source: Path | str) -> bool:
+    """Tell whether a source names a home to be drawn, rather than a folder."""
+    return str(source).startswith(PREFIX)
+
+
+def parse_home(source: str) -> HomeSettings:
+    """Read home:SEED[,key=value…]; raises ValueError for what no home can be drawn from."""
+    return HomeSettings(**read_options(source, PREFIX, HOME_READERS))
+
+
+HOME_READERS: dict[str, Callable[[str], Any]] = {
+    "rooms": int,
+    **{name: reader for name, reader in READERS.items() if name not in ("plan", "over")},
+    "change": read_change,
+    "unlearnable": read_switch,
+}
