@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Label, Pose
 from curiosight.learner.experts import Change
 from curiosight.learner.features import Rows
-from curiosight.learner.learner import Description, Labels, SaliencyLearner, fit_labels
+from curiosight.learner.learner import Description, Labels, SaliencyLearner, fit_labels, sight_of
 
 Votes = npt.NDArray[np.float32]
 
@@ -92,7 +92,7 @@ class HeldOut:
 
     def _ask_all(self) -> None:
         """Find out which forests know each view, and ask all their trees."""
-        self._asked = [self._learner.places_of(*view) for view in self._views]
+        self._asked = [self._learner.experts.chosen(sight_of(*view)) for view in self._views]
         asking = {key for asked in self._asked for key in asked}
         forests = self._learner.experts.forests()
         self._votes = {key: forests[key].votes(self._rows_for(key)) for key in sorted(asking)}

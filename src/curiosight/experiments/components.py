@@ -214,7 +214,7 @@ def load_learner(
             blind_share=learner.blind_share,
             follow_edges=learner.follow_edges,
             threshold=learner.threshold,
-            max_places=learner.places.max_places if learner.places is not None else 0,
+            max_places=0 if learner.experts.places is None else learner.experts.places.max_places,
             is_calibrated=learner.calibration is not None,
         ),
         _forest_config(learner.experts.settings()),

@@ -17,7 +17,8 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.frame import Frame
-from curiosight.learner.learner import Lesson, SaliencyLearner, Teaches, fit_labels
+from curiosight.learner.experts import Lesson
+from curiosight.learner.learner import SaliencyLearner, Teaches, fit_labels
 from curiosight.teacher import Survey
 
 SPARE = 4

@@ -1,4 +1,4 @@
-"""Write the saliency of images, of a learned model or a baseline: of colour, and where it was seen."""
+"""Write the saliency of images: of a learned model or of a baseline."""
 
 from __future__ import annotations
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.learner.forest import Forest, Rows
+from curiosight.learner.places import Places
+from curiosight.learner.sight import Sight
 
 Labels = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.int64]
-Weights = npt.NDArray[np.float32]
 Arrays = dict[str, npt.NDArray[np.generic]]
 
 COMMON = -1
@@ -20,10 +23,6 @@ COMMON = -1
 COMMON_SHARE = 0.25
 # A place that a view is less likely of is not asked.
 MIN_WEIGHT = 0.02
-
-
-# Forests, and how much each counts.
-Asked = tuple[tuple[Forest, float], ...]
 
 
 class Change(NamedTuple):
@@ -41,23 +40,36 @@ class Change(NamedTuple):
         return sum(map(len, self.trees.values()))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Lesson:
+    """What one view teaches: (n, F) rows, whether each is salient, and what tells its place."""
+
+    rows: Rows
+    is_salient: Labels
+    sight: Sight | None = None
+
+
 class Experts:
     """Forests that share the work by place; a single one as long as there is one place.
 
     common: learns from everywhere. Its `max_samples` are those of all forests together.
+    places: tells which place a view is of; None = all views are of one.
 
     A sample carries the spot that it was seen from, so that it moves with it where places are
     divided anew; a new place starts with the trees of the one that most of its samples come
     from.
     """
 
-    def __init__(self, common: Forest) -> None:
+    def __init__(self, common: Forest, places: Places | None = None) -> None:
         self.common = common
+        self.places = places
         self.of_place: tuple[Forest, ...] = ()
         self._max_samples = common.max_samples
         self._n_regrown = common.n_regrown
         self._place_of_spot: Numbers = np.empty(0, np.int64)
         self._is_rearranged = False
+        # Held where places and their forests must fit each other.
+        self._lock = Lock()
 
     @property
     def is_trained(self) -> bool:
@@ -71,74 +83,86 @@ class Experts:
         """Return all of them, by place."""
         return {COMMON: self.common, **dict(enumerate(self.of_place))}
 
-    def chosen(self, weights: Weights | None) -> dict[int, float]:
-        """Return which forests to ask, and how much each counts, in all 1.
+    def chosen(self, sight: Sight | None) -> dict[int, float]:
+        """Return which forests to ask of a view, and how much each counts, in all 1."""
+        with self._lock:
+            return self._chosen(sight)
 
-        weights: (n_places,) how likely a view is of each place; None = not known.
+    def vote(self, rows: Rows, sight: Sight | None = None) -> npt.NDArray[np.float32]:
+        """Return the (n,) mean votes for (n, F) rows of a view, in [0, 1]; 0 while untrained.
+
+        They are those of the forests that know its place.
         """
-        of_place, asked = self.of_place, dict[int, float]()
-        likely = np.flatnonzero(weights > MIN_WEIGHT).tolist() if weights is not None else []
-        for place in likely:
-            is_known = place < len(of_place) and of_place[place].is_trained
+        with self._lock:
+            forests = self.forests()
+            asked = [(forests[key], weight) for key, weight in self._chosen(sight).items()]
+        if len(asked) == 1:
+            return asked[0][0].predict(rows)
+        votes = np.zeros(len(rows), np.float32)
+        for forest, weight in asked:
+            votes += np.float32(weight) * forest.predict(rows)
+        return votes
+
+    def _chosen(self, sight: Sight | None) -> dict[int, float]:
+        if self.places is None or sight is None:
+            return {COMMON: 1.0}
+        asked: dict[int, float] = {}
+        weights = self.places.locate(sight.T_world_camera, sight.look)
+        for place in np.flatnonzero(weights > MIN_WEIGHT).tolist():
+            is_known = place < len(self.of_place) and self.of_place[place].is_trained
             key = place if is_known else COMMON
             asked[key] = asked.get(key, 0.0) + float(weights[place])
         total = sum(asked.values())
         return {key: weight / total for key, weight in asked.items()} or {COMMON: 1.0}
 
-    def asked(self, weights: Weights | None) -> Asked:
-        """Return those forests themselves."""
-        forests = self.forests()
-        return tuple((forests[key], weight) for key, weight in self.chosen(weights).items())
-
-    def predict(self, rows: Rows, asked: Asked) -> npt.NDArray[np.float32]:
-        """Return the (n,) mean votes for (n, F) rows of a view, in [0, 1]; 0 while untrained."""
-        if len(asked) == 1:
-            return asked[0][0].predict(rows)
-        scores = np.zeros(len(rows), np.float32)
-        for forest, weight in asked:
-            scores += np.float32(weight) * forest.predict(rows)
-        return scores
+    def note(self, sight: Sight | None) -> int:
+        """Take in where a view was taken, and return that spot; 0 where places do not count."""
+        if self.places is None or sight is None:
+            return 0
+        with self._lock:
+            spot = self.places.add(sight)
+            self._arrange(self.places.place_of_spot)
+        return spot
 
     def update(self, rows: Rows, is_salient: Labels, spot: int) -> Change:
         """Learn from a frame's samples, drawn in random order: its place all, the common some.
 
-        spot: where they were seen from, known from `arrange`.
+        spot: where they were seen from, see `note`.
         """
         is_rearranged, self._is_rearranged = self._is_rearranged, False
         if not self.of_place:
             return Change({COMMON: self.common.update(rows, is_salient, spot)}, is_rearranged)
         place = int(self._place_of_spot[spot])
-        n_common = int(np.ceil(COMMON_SHARE * len(rows)))
-        drawn = slice(None, None, max(1, len(rows) // max(n_common, 1)))
+        some = slice(None, None, round(1 / COMMON_SHARE))
         trees = {
-            COMMON: self.common.update(rows[drawn], is_salient[drawn], spot),
+            COMMON: self.common.update(rows[some], is_salient[some], spot),
             place: self.of_place[place].update(rows, is_salient, spot),
         }
         return Change(trees, is_rearranged)
 
-    def fit(
-        self, rows: Rows, is_salient: Labels, spots: npt.NDArray[np.int32], place_of_spot: Numbers
-    ) -> None:
-        """Forget everything, then grow all trees on these samples: the off-line model.
-
-        spots: (n,) where each sample was seen from.
-        """
-        self._place_of_spot = place_of_spot.copy()
+    def fit(self, lessons: Sequence[Lesson]) -> None:
+        """Forget everything, then learn from views at once: the off-line model."""
+        spots, place_of_spot = np.zeros(len(lessons), np.int32), np.zeros(1, np.int64)
+        if self.places is not None:
+            self.places = places = Places(**self.places.settings())
+            spots = np.array([_spot(places, lesson) for lesson in lessons], np.int32)
+            places.tell_apart()
+            place_of_spot = places.place_of_spot
+        rows, is_salient = join_lessons(lessons, self.common.n_features)
+        spot_of_row = np.repeat(spots, [len(lesson.rows) for lesson in lessons])
         n_places = int(place_of_spot.max(initial=0)) + 1
+        self._place_of_spot = place_of_spot.copy()
         self.of_place = ()
         self._share_out(n_places)
-        self.common.fit(rows, is_salient, spots)
-        if n_places > 1:
-            self.of_place = tuple(self._new_forest(n_places) for _ in range(n_places))
-            for place, forest in enumerate(self.of_place):
-                here = place_of_spot[spots] == place
-                forest.fit(rows[here], is_salient[here], spots[here])
+        self.common.fit(rows, is_salient, spot_of_row)
+        forests = [self._new_forest(n_places) for _ in range(n_places if n_places > 1 else 0)]
+        for place, forest in enumerate(forests):
+            here = place_of_spot[spot_of_row] == place
+            forest.fit(rows[here], is_salient[here], spot_of_row[here])
+        self.of_place = tuple(forests)
 
-    def arrange(self, place_of_spot: Numbers) -> None:
-        """Let samples follow their spots to other places.
-
-        place_of_spot: (n_spots,) places as they are now.
-        """
+    def _arrange(self, place_of_spot: Numbers) -> None:
+        """Let samples follow their spots to other places."""
         before = self._place_of_spot
         self._place_of_spot = place_of_spot.copy()
         n_places = int(place_of_spot.max(initial=0)) + 1
@@ -148,19 +172,19 @@ class Experts:
         sources = self.of_place or (self.common,)
         self._share_out(n_places)
         arrived = range(n_places if n_places > 1 else 0)
-        self.of_place = tuple(self._gather(sources, place, place_of_spot) for place in arrived)
+        self.of_place = tuple(self._gather(sources, place) for place in arrived)
         self._is_rearranged = True
 
-    def _gather(self, sources: Iterable[Forest], place: int, place_of_spot: Numbers) -> Forest:
+    def _gather(self, sources: Iterable[Forest], place: int) -> Forest:
         """Return the forest of a place: its samples, and the trees of who had most of them."""
         parts, most, trees_of = [], -1, self.common
         for source in sources:
-            here = place_of_spot[source.groups] == place
+            here = self._place_of_spot[source.groups] == place
             parts.append((source.rows[here], source.is_salient[here], source.groups[here]))
             if source.is_trained and np.count_nonzero(here) > most:
-                most, trees_of = np.count_nonzero(here), source
+                most, trees_of = int(np.count_nonzero(here)), source
         rows, is_salient, groups = (np.concatenate(some) for some in zip(*parts, strict=True))
-        forest = self._new_forest(int(place_of_spot.max()) + 1)
+        forest = self._new_forest(int(self._place_of_spot.max()) + 1)
         samples = {"rows": rows, "is_salient": is_salient, "groups": groups}
         forest.restore(trees_of.state_arrays() | samples)
         return forest
@@ -178,6 +202,10 @@ class Experts:
     def _share(self, n_places: int) -> int:
         return max(1, (self._max_samples - self.common.max_samples) // n_places)
 
+    def _new_forest(self, n_places: int) -> Forest:
+        """Return an empty forest for one of so many places; all share one source of chance."""
+        return self.common.another(max_samples=self._share(n_places), n_regrown=self._n_regrown)
+
     def settings(self) -> dict[str, int | float | str]:
         """Return those of the forest of everywhere, as it was given."""
         return self.common.settings() | {
@@ -186,32 +214,42 @@ class Experts:
         }
 
     def state_arrays(self) -> Arrays:
-        """Return the arrays of all forests, those of place 3 after `place3_`."""
-        arrays = self.common.state_arrays()
-        for place, forest in enumerate(self.of_place):
-            for name, array in forest.state_arrays().items():
-                arrays[f"place{place}_{name}"] = array
-        return arrays
+        """Return the arrays of all forests, those of place 3 after `place3_`, and of the places."""
+        with self._lock:
+            arrays = self.common.state_arrays()
+            for place, forest in enumerate(self.of_place):
+                for name, array in forest.state_arrays().items():
+                    arrays[f"place{place}_{name}"] = array
+            return arrays if self.places is None else arrays | self.places.state_arrays()
 
-    def restore(self, arrays: Arrays, place_of_spot: Numbers | None = None) -> None:
+    def restore(self, arrays: Arrays) -> None:
         """Take over what `state_arrays` of experts with the same settings returned.
 
         Raises ValueError if the arrays do not fit.
         """
-        known = np.empty(0, np.int64) if place_of_spot is None else place_of_spot
+        known: Numbers = np.zeros(1, np.int64)
+        if self.places is not None:
+            self.places.restore(arrays)
+            known = self.places.place_of_spot.copy()
         n_places = int(known.max(initial=0)) + 1
-        self._place_of_spot = known.copy()
+        self._place_of_spot = known
         self._share_out(n_places)
         self.common.restore(arrays)
         of_place = []
         for place in range(n_places if n_places > 1 else 0):
             prefix = f"place{place}_"
-            own = {name.removeprefix(prefix): a for name, a in arrays.items() if prefix in name}
-            forest = self._new_forest(n_places)
-            forest.restore(own)
-            of_place.append(forest)
+            own = {n.removeprefix(prefix): a for n, a in arrays.items() if n.startswith(prefix)}
+            of_place.append(self._new_forest(n_places))
+            of_place[-1].restore(own)
         self.of_place = tuple(of_place)
 
-    def _new_forest(self, n_places: int) -> Forest:
-        """Return an empty forest for one of so many places; all share one source of chance."""
-        return self.common.another(max_samples=self._share(n_places), n_regrown=self._n_regrown)
+
+def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:
+    """Return the samples of all lessons, one after the other."""
+    nothing = Lesson(np.empty((0, n_features), np.uint8), np.empty(0, np.bool_))
+    rows = np.concatenate([lesson.rows for lesson in (nothing, *lessons)])
+    return rows, np.concatenate([lesson.is_salient for lesson in (nothing, *lessons)])
+
+
+def _spot(places: Places, lesson: Lesson) -> int:
+    return 0 if lesson.sight is None else places.add(lesson.sight)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Lock
 from typing import Any, Protocol, Self
 
 import cv2
@@ -17,7 +15,7 @@ from curiosight.errors import DataError
 from curiosight.frame import Frame, Label, Pose, Rgb
 from curiosight.learner.archive import find_model, read_archive, write_archive
 from curiosight.learner.calibration import Calibration
-from curiosight.learner.experts import Asked, Change, Experts
+from curiosight.learner.experts import Change, Experts, Lesson
 from curiosight.learner.features import (
     ColourSpace,
     RowOfPixel,
@@ -31,7 +29,7 @@ from curiosight.learner.features import (
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.looks import Look, look_of
-from curiosight.learner.places import Places, Weights
+from curiosight.learner.places import Places
 from curiosight.learner.sight import Sight
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
@@ -97,15 +95,6 @@ class Observation:
         return self.scores[self.description.row_of_pixel]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lesson:
-    """What one view teaches: (n, F) rows, whether each is salient, and where it was."""
-
-    rows: Rows
-    is_salient: npt.NDArray[np.bool_]
-    sight: Sight | None = None
-
-
 class SaliencyLearner:
     """Learn on-line how objects look, taught by depth; then find them in RGB alone.
 
@@ -167,8 +156,7 @@ class SaliencyLearner:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
-        self.experts = Experts(forest or Forest(n_features=n_features, seed=self.rng))
-        self.places = places
+        self.experts = Experts(forest or Forest(n_features=n_features, seed=self.rng), places)
         self.calibration = Calibration() if is_calibrated else None
         self.rows_per = rows_per
         self.colour_space = colour_space
@@ -180,8 +168,6 @@ class SaliencyLearner:
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
         self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
-        # Held where places and their forests must fit each other.
-        self._lock = Lock()
 
     @property
     def forest(self) -> Forest:
@@ -207,7 +193,7 @@ class SaliencyLearner:
         error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
         if self.calibration is not None and self.is_trained:
             self.calibration.add(votes, *description.count(labels))
-        spot = self.note_place(self.sight(frame, description, segmentation))
+        spot = self.experts.note(self.sight(frame, description, segmentation))
         change = self.learn(description, labels, spot)
         return Observation(frame, segmentation, description, scores, error, change)
 
@@ -234,7 +220,7 @@ class SaliencyLearner:
         rows, row_of_pixel = describe(
             coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast
         )
-        return Description(rows, row_of_pixel, look_of(small) if self.places else None)
+        return Description(rows, row_of_pixel, look_of(small) if self.experts.places else None)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return what the teacher says of a frame (sec. II-A.2)."""
@@ -256,91 +242,39 @@ class SaliencyLearner:
         self, description: Description, T_world_camera: Pose | None = None
     ) -> npt.NDArray[np.float32]:
         """Return the (n,) mean votes of the trees that know a view's place."""
-        return self.experts.predict(description.rows, self.ask(description, T_world_camera))
+        return self.experts.vote(description.rows, sight_of(description, T_world_camera))
 
     def scale(self, votes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Return the saliency that votes mean."""
         return votes if self.calibration is None else self.calibration.scaled(votes)
 
-    def ask(self, description: Description, T_world_camera: Pose | None = None) -> Asked:
-        """Return the forests that know the place of a view, and how much each counts."""
-        with self._lock:
-            return self.experts.asked(self._locate(description, T_world_camera))
-
-    def places_of(
-        self, description: Description, T_world_camera: Pose | None = None
-    ) -> dict[int, float]:
-        """Return those forests' places, or `COMMON`, and how much each counts."""
-        with self._lock:
-            return self.experts.chosen(self._locate(description, T_world_camera))
-
-    def _locate(self, description: Description, T_world_camera: Pose | None) -> Weights | None:
-        if self.places is None or description.look is None:
-            return None
-        return self.places.locate(T_world_camera, description.look)
-
     def sight(
         self, frame: Frame, description: Description, segmentation: Segmentation
     ) -> Sight | None:
         """Return what tells the place of a frame; None where places are not told apart."""
-        if self.places is None or description.look is None:
+        if description.look is None:
             return None
         return Sight.of(frame, description.look, up_in_world(frame, segmentation))
-
-    def note_place(self, sight: Sight | None) -> int:
-        """Take in where a view was taken, and return that spot; 0 where places do not count."""
-        if self.places is None or sight is None:
-            return 0
-        with self._lock:
-            spot = self.places.add(sight)
-            self.experts.arrange(self.places.place_of_spot)
-        return spot
 
     def fit(self, lessons: Sequence[Lesson]) -> None:
         """Forget everything, then learn from views at once: the off-line model.
 
         It stays untrained where they do not show both classes.
         """
-        spots = np.zeros(len(lessons), np.int32)
-        place_of_spot = np.zeros(1, np.int64)
-        if self.places is not None:
-            self.places = Places(**self.places.settings())
-            spots = np.array([self.note_place(lesson.sight) for lesson in lessons], np.int32)
-            self.places.tell_apart()
-            place_of_spot = self.places.place_of_spot
         if self.calibration is not None:
             self.calibration = Calibration()
             for part in (0, 1):  # each half is judged by what the other teaches
-                self._fit(lessons[part::2], spots[part::2], place_of_spot)
-                self._calibrate(lessons[1 - part :: 2])
-        self._fit(lessons, spots, place_of_spot)
-
-    def _fit(
-        self,
-        lessons: Sequence[Lesson],
-        spots: npt.NDArray[np.int32],
-        place_of_spot: npt.NDArray[np.int64],
-    ) -> None:
-        counts = [len(lesson.rows) for lesson in lessons]
-        nothing = Lesson(np.empty((0, self.forest.n_features), np.uint8), np.empty(0, np.bool_))
-        rows = np.concatenate([lesson.rows for lesson in (nothing, *lessons)])
-        is_salient = np.concatenate([lesson.is_salient for lesson in (nothing, *lessons)])
-        self.experts.fit(rows, is_salient, np.repeat(spots, counts), place_of_spot)
-
-    def _calibrate(self, lessons: Sequence[Lesson]) -> None:
-        """Compare what is predicted of views with what they teach."""
-        assert self.calibration is not None
-        for lesson in lessons:
-            where = None
-            if self.places is not None and lesson.sight is not None:
-                where = self.places.locate(lesson.sight.T_world_camera, lesson.sight.look)
-            votes = self.experts.predict(lesson.rows, self.experts.asked(where))
-            self.calibration.add(votes, lesson.is_salient, ~lesson.is_salient, forgets=False)
+                self.experts.fit(lessons[part::2])
+                for lesson in lessons[1 - part :: 2]:
+                    votes = self.experts.vote(lesson.rows, lesson.sight)
+                    counts = lesson.is_salient, ~lesson.is_salient
+                    self.calibration.add(votes, *counts, forgets=False)
+        self.experts.fit(lessons)
 
     def learn(self, description: Description, labels: Labels, spot: int = 0) -> Change:
         """Add labelled pixels of a frame and regrow some trees (sec. II-A.3).
 
-        labels: (h, w), see `fit_labels`. spot: see `note_place`.
+        labels: (h, w), see `fit_labels`. spot: see `Experts.note`.
         """
         return self.experts.update(*self.sample(description, labels), spot)
 
@@ -381,7 +315,7 @@ class SaliencyLearner:
             "blind_share": self.blind_share,
             "follow_edges": self.follow_edges,
             "threshold": self.threshold,
-            "places": None if self.places is None else self.places.settings(),
+            "places": None if self.experts.places is None else self.experts.places.settings(),
             "forest": self.experts.settings(),
             "notes": self.notes,
         }
@@ -434,20 +368,14 @@ class SaliencyLearner:
         return learner
 
     def _state_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        parts = (self.places, self.calibration)
-        known = [part.state_arrays() for part in parts if part is not None]
-        with self._lock:
-            return dict(ChainMap(self.experts.state_arrays(), *known))
+        arrays = self.experts.state_arrays()
+        return arrays if self.calibration is None else arrays | self.calibration.state_arrays()
 
     def _restore(self, arrays: dict[str, npt.NDArray[np.generic]]) -> None:
         """Take over what `_state_arrays` returned; ValueError where it does not fit."""
-        n_spots = 0
-        if self.places is not None:
-            self.places.restore(arrays)
-            n_spots = len(self.places.place_of_spot)
+        self.experts.restore(arrays)
         if self.calibration is not None:
             self.calibration.restore(arrays)
-        self.experts.restore(arrays, self.places.place_of_spot if n_spots else None)
 
     def _feature_definition(self) -> dict[str, Any]:
         """Return what the model's features mean; a file that means another is not read."""
@@ -465,6 +393,11 @@ def follow_edges(saliency: Saliency, rgb: Rgb) -> Saliency:
     smooth = cv2.ximgproc.guidedFilter(rgb, saliency, EDGE_RADIUS, EDGE_CONTRAST**2)
     clipped: Saliency = np.clip(smooth, 0, 1)
     return clipped
+
+
+def sight_of(description: Description, T_world_camera: Pose | None) -> Sight | None:
+    """Return what tells the place of a view without looking at its depth."""
+    return None if description.look is None else Sight(description.look, T_world_camera)
 
 
 def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float64] | None:

@@ -117,7 +117,8 @@ class Places:
         alike = likeness(look, self._looks)[is_placed]
         np.maximum.at(best, place_of_look[is_placed], alike)
         weights = np.exp((best - best.max()) / LOOK_SCALE)
-        return (weights / weights.sum()).astype(np.float32)
+        likely: Weights = (weights / weights.sum()).astype(np.float32)
+        return likely
 
     def _by_pose(self, T_world_camera: Pose | None) -> Weights | None:
         """Return the share of each place's spots that see where a camera stands, 1 in all.
@@ -128,30 +129,29 @@ class Places:
             return None
         cell = cell_of(T_world_camera, self._axes)
         number = self._cell_numbers.get(cell)
-        weights = np.zeros(self.n_places, np.float32)
-        spots = np.flatnonzero(self._cell_of_spot == number) if number is not None else []
-        if len(spots) and self.place_of_spot[spots[0]] != NOWHERE:
-            weights[self.place_of_spot[spots[0]]] = 1
-            return weights
         placed = np.flatnonzero(self.place_of_spot != NOWHERE)
-        seeing = [spot for spot in placed if number is not None and number in self._sees[spot]]
-        if not seeing:
-            seeing = self._near(cell, placed)
-        if not len(seeing):
+        here = placed[self._cell_of_spot[placed] == number] if number is not None else placed[:0]
+        if not len(here) and number is not None:
+            here = placed[[number in self._sees[spot] for spot in placed]]
+        if not len(here):
+            here = self._near(cell, placed)
+        if not len(here):
             return None
         n_spots = np.bincount(self.place_of_spot[placed], minlength=self.n_places)
-        n_seeing = np.bincount(self.place_of_spot[seeing], minlength=self.n_places)
-        weights = (n_seeing / np.maximum(n_spots, 1)).astype(np.float32)
-        return weights / weights.sum()
+        n_here = np.bincount(self.place_of_spot[here], minlength=self.n_places)
+        weights: Weights = (n_here / np.maximum(n_spots, 1)).astype(np.float32)
+        weights /= weights.sum()
+        return weights
 
     def _near(self, cell: tuple[int, int], spots: Numbers) -> Numbers:
         """Return those of some spots that are closest to a cell, and no farther than counts."""
-        posed = spots[self._cell_of_spot[spots] != NOWHERE]
+        posed: Numbers = spots[self._cell_of_spot[spots] != NOWHERE]
         if not len(posed):
             return posed
         cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
         distance = np.hypot(*(cells - cell).T)
-        return posed[distance <= min(distance.min(), MAX_CELLS)]
+        near: Numbers = posed[distance <= min(distance.min(), MAX_CELLS)]
+        return near
 
     def _spot_in(self, cell: tuple[int, int]) -> int:
         number = self._cell_numbers.setdefault(cell, len(self._cell_numbers))
@@ -204,11 +204,10 @@ class Places:
         known = self._by_pose(T_world_camera)
         if T_world_camera is None:
             known = self._by_look(look)
-        is_known = known is not None and known.any()
-        self.place_of_spot[spot] = known.argmax() if is_known else self._new_place()
-
-    def _new_place(self) -> int:
-        return min(self.n_places, self.max_places - 1)
+        if known is not None and known.any():
+            self.place_of_spot[spot] = known.argmax()
+        else:
+            self.place_of_spot[spot] = min(self.n_places, self.max_places - 1)
 
     def tell_apart(self) -> None:
         """Divide all spots into places anew."""
@@ -260,9 +259,8 @@ class Places:
             found = arrays.get(name)
             if found is None or found.dtype != like.dtype or found.ndim != like.ndim:
                 raise ValueError(f"{name}: expected {like.dtype} of {like.ndim} axes")
-        known = {
-            name.removeprefix("places_"): np.array(arrays[name]) for name in self.state_arrays()
-        }
+        names = self.state_arrays()
+        known: dict[str, Array] = {n.removeprefix("places_"): np.array(arrays[n]) for n in names}
         n_spots, n_cells = len(known["of_spot"]), len(known["cells"])
         of_each = (known[name] for name in ("cell_of_spot", "views", "n_seen"))
         if any(len(numbers) != n_spots for numbers in of_each):

@@ -70,7 +70,8 @@ class Sight:
 
         axes: (2, 3), see `ground_axes`.
         """
-        assert self.T_world_camera is not None and self.rays is not None
+        assert self.T_world_camera is not None
+        assert self.rays is not None
         along = np.linspace(0, 1, _N_ALONG)[:, None, None]
         points = (axes @ self.T_world_camera[:3, 3] + along * (self.rays @ axes.T)) / CELL
         x, y = np.floor(points).reshape(-1, 2).astype(np.int64).T
