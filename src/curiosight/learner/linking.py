@@ -40,14 +40,14 @@ def seen_by_each_other(
 ) -> Array:
     """Return (n, n) in [0, 1] how much spots see of each other.
 
-    1 if one sees the other, else what both see, as a share of what the one sees that sees less.
+    1 if one sees the other, else what both see, as a share of what either sees.
     sees: of each spot, numbers of the cells it sees. cell_of_spot: (n,) its own.
     """
     seen = np.zeros((len(sees), n_cells), np.float32)
     for spot, cells in enumerate(sees):
         seen[spot, cells] = 1
-    size = np.maximum(seen.sum(axis=1), 1)
-    shared = (seen @ seen.T) / np.minimum(size[:, None], size)
+    both, size = seen @ seen.T, seen.sum(axis=1)
+    shared = both / np.maximum(size[:, None] + size - both, 1)
     direct = seen[:, cell_of_spot]
     links: Array = np.maximum(shared, np.maximum(direct, direct.T)).astype(np.float64)
     return links

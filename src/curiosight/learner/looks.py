@@ -10,9 +10,10 @@ from curiosight.frame import Rgb
 
 Look = npt.NDArray[np.uint8]
 
-# Of lightness and of the two hues; hues beyond the ends are rare and left out.
+# Of lightness and of the two hues; what is beyond the ends, which is rare, counts to the last bin.
 BINS = (8, 10, 10)
-RANGES = (0, 256, 90, 166, 90, 166)
+LOW, HIGH = 90, 165
+RANGES = (0, 256, LOW, HIGH + 1, LOW, HIGH + 1)
 LOOK_SIZE = BINS[0] * BINS[1] * BINS[2]
 _SMALL = (160, 120)
 
@@ -24,6 +25,7 @@ def look_of(rgb: Rgb) -> Look:
     Bhattacharyya coefficient.
     """
     lab = cv2.cvtColor(cv2.resize(rgb, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2LAB)
+    lab[..., 1:] = np.clip(lab[..., 1:], LOW, HIGH)
     counts = cv2.calcHist([lab], [0, 1, 2], None, BINS, RANGES).ravel()
     look: Look = np.rint(255 * np.sqrt(counts / max(counts.sum(), 1))).astype(np.uint8)
     return look

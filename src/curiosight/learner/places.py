@@ -25,9 +25,9 @@ Numbers = npt.NDArray[np.int64]
 
 NOWHERE = -1
 # Two groups of spots are two places if on average less than this share of one is seen from the
-# other: in a room a third to a half is, through a door a twentieth. And of views without a
+# other: in a room more than a half is, through a door a twentieth. And of views without a
 # pose, if they share fewer of those most like them.
-MIN_SEEN, MIN_SHARED = 0.10, 0.03
+MIN_SEEN, MIN_SHARED = 0.25, 0.03
 # Places are told apart anew when there are so many more spots.
 GROWTH = 1.1
 # A camera stands at a known spot if that is no farther, in cells.
@@ -211,6 +211,8 @@ class Places:
 
     def tell_apart(self) -> None:
         """Divide all spots into places anew."""
+        if not self._sees:
+            return
         posed = np.flatnonzero(self._cell_of_spot != NOWHERE)
         others = np.flatnonzero(self._cell_of_spot == NOWHERE)
         groups = np.zeros(len(self._sees), np.int64)
