@@ -163,6 +163,8 @@ def make_learner(
         max_depth=settings.max_depth,
         min_split=settings.min_split,
         n_split_features=settings.n_split_features or None,
+        max_rows=settings.max_rows or None,
+        n_split_rows=settings.n_split_rows or None,
         vote=settings.vote,
         seed=rng,
         n_threads=config.run.n_threads,
@@ -220,6 +222,8 @@ def load_learner(
             max_depth=forest.max_depth,
             min_split=forest.min_split,
             n_split_features=forest.n_split_features % forest.n_features,
+            max_rows=forest.max_rows or 0,
+            n_split_rows=forest.n_split_rows or 0,
             vote=forest.vote,
         ),
     )
