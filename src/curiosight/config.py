@@ -79,7 +79,13 @@ class LearnerConfig:
 
 @dataclass(frozen=True, slots=True)
 class ForestConfig:
-    """The forest (sec. II-A.3). n_split_features: 0 = all of them."""
+    """The forest (sec. II-A.3).
+
+    n_split_features: 0 = all of them.
+    max_rows: a tree draws rows with all their samples, about so many at most, and the oldest trees
+        regrow; 0 = it draws samples, and random trees do, as in the paper.
+    n_split_rows: of a node with more rows so many are searched for its split; 0 = all.
+    """
 
     n_trees: int = 30
     n_regrown: int = 4
@@ -88,6 +94,8 @@ class ForestConfig:
     max_depth: int = 10
     min_split: int = 11
     n_split_features: int = 0
+    max_rows: int = 0
+    n_split_rows: int = 0
     vote: Literal["hard", "soft"] = "hard"
 
 
@@ -187,7 +195,14 @@ class Config:
                 max_places=16,
                 is_calibrated=True,
             ),
-            forest=ForestConfig(max_depth=24, min_split=200, n_split_features=12, vote="soft"),
+            forest=ForestConfig(
+                max_depth=24,
+                min_split=40,
+                n_split_features=12,
+                max_rows=8000,
+                n_split_rows=1024,
+                vote="soft",
+            ),
         )
 
     @property

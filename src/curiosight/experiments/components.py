@@ -165,6 +165,8 @@ def make_learner(
         max_depth=settings.max_depth,
         min_split=settings.min_split,
         n_split_features=settings.n_split_features or None,
+        max_rows=settings.max_rows or None,
+        n_split_rows=settings.n_split_rows or None,
         vote=settings.vote,
         seed=rng,
         n_threads=config.run.n_threads,

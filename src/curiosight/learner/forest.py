@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Literal, NamedTuple, TypeVar
@@ -10,27 +10,30 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.learner.forest_kernels import FEATURE_BITS, add_votes, draw_points, grow_tree
+from curiosight.learner.forest_buffer import Samples
+from curiosight.learner.forest_draws import (
+    ALL_KEYS,
+    Keys,
+    count_rows,
+    draw_rows,
+    draw_samples,
+    find_unseen,
+    take_points,
+    take_rows,
+)
+from curiosight.learner.forest_growth import grow_tree
+from curiosight.learner.forest_kernels import (
+    FEATURE_BITS,
+    Indices,
+    Packed,
+    RandomState,
+    Rows,
+    add_votes,
+)
+from curiosight.learner.forest_trees import Arrays, Tree, pack_draws, pack_trees, unpack_trees
 
-Rows = npt.NDArray[np.uint8]
-Arrays = dict[str, npt.NDArray[np.generic]]
 Scalar = TypeVar("Scalar", bound=np.generic)
-
-
-class Tree(NamedTuple):
-    """One grown tree, in the packed form that `forest_kernels` describes."""
-
-    nodes: npt.NDArray[np.int64]
-    values: npt.NDArray[np.float32]
-    depth: int
-
-
-class Samples(NamedTuple):
-    """The buffer: (n, F) rows, whether each is salient, and its group, oldest first."""
-
-    rows: Rows
-    is_salient: npt.NDArray[np.bool_]
-    groups: npt.NDArray[np.int32]
+Result = TypeVar("Result")
 
 
 class Known(NamedTuple):
@@ -38,6 +41,17 @@ class Known(NamedTuple):
 
     trees: tuple[Tree, ...]
     samples: Samples
+
+
+class DistinctRows(NamedTuple):
+    """The buffer's rows, (R,) columns of its table and class counts, and how many a tree draws.
+
+    bound: out of `ALL_KEYS`, see `draw_rows`.
+    """
+
+    columns: Indices
+    counts: Packed
+    bound: int
 
 
 class Forest:
@@ -50,16 +64,21 @@ class Forest:
     max_samples: size of the buffer; beyond it uniformly random samples leave, new or old.
     min_split: a node of fewer samples is a leaf; so are pure nodes and those at `max_depth`.
     n_split_features: how many random features a split chooses from; None = all.
+    max_rows: a tree draws rows, with all samples that share each, instead of samples, and some
+        `max_rows` at most. The oldest trees regrow; while they are small, more than `n_regrown`,
+        as many as draw no more than `n_regrown * max_rows` together. So an update takes the same
+        time, however full the buffer. None = neither, as the paper has it.
+    n_split_rows: of a node with more rows so many are searched for its split; None = all.
     vote: what a tree answers: `hard` = its leaf's majority, 0 or 1 (a tie is 0); `soft` = the
         salient share of its leaf.
     n_threads: trees grown at the same time; the result does not depend on it.
 
     A tree whose share holds one class only is a single leaf of that class.
 
-    One thread at a time may learn; any number may predict meanwhile. `update`, `fit` and `restore`
-    put their new trees and samples into place in one assignment each, so every call of
-    `predict`, `votes` and `state_arrays` answers from the forest as it was before, or as it is
-    after, never from a mixture.
+    One thread at a time may learn; any number may predict meanwhile. All that learns puts its
+    new trees and samples into place in one assignment, so every call of `predict`, `votes`,
+    `out_of_tree`, `rows` and `state_arrays` answers from the forest as it was before, or as it
+    is after, never from a mixture.
     """
 
     def __init__(
@@ -73,6 +92,8 @@ class Forest:
         max_depth: int = 10,
         min_split: int = 11,
         n_split_features: int | None = None,
+        max_rows: int | None = None,
+        n_split_rows: int | None = None,
         vote: Literal["hard", "soft"] = "hard",
         seed: int | np.random.Generator = 0,
         n_threads: int = 1,
@@ -85,6 +106,8 @@ class Forest:
         _check_range("max_depth", max_depth, 0)
         _check_range("min_split", min_split, 2)
         _check_range("n_split_features", n_split_features, 1, n_features)
+        _check_range("max_rows", 1 if max_rows is None else max_rows, 1)
+        _check_range("n_split_rows", 2 if n_split_rows is None else n_split_rows, 2)
         _check_range("n_threads", n_threads, 1)
         if not 0 < share <= 1:
             raise ValueError(f"share: expected a number in (0, 1], got {share}")
@@ -98,11 +121,13 @@ class Forest:
         self.max_depth = max_depth
         self.min_split = min_split
         self.n_split_features = n_split_features
+        self.max_rows = max_rows
+        self.n_split_rows = n_split_rows
         self.vote = vote
         self.n_threads = n_threads
         self._rng = np.random.default_rng(seed)
         # Never changed, only replaced: whoever reads it while another thread learns keeps his.
-        self._known = Known((), self._no_samples())
+        self._known = Known((), Samples.none(n_features))
 
     @property
     def is_trained(self) -> bool:
@@ -111,15 +136,16 @@ class Forest:
 
     @property
     def n_samples(self) -> int:
-        return len(self._known.samples.rows)
+        return len(self._known.samples.columns)
 
     @property
     def rows(self) -> Rows:
-        """Show the buffer's (n_samples, F) rows; like the next two, oldest first, read-only."""
-        return _read_only(self._known.samples.rows)
+        """Return a copy of the buffer's (n_samples, F) rows, oldest first."""
+        return self._read(lambda known: known.samples.rows())
 
     @property
     def is_salient(self) -> npt.NDArray[np.bool_]:
+        """Show the (n_samples,) labels; like the groups in the order of `rows`, read-only."""
         return _read_only(self._known.samples.is_salient)
 
     @property
@@ -144,11 +170,30 @@ class Forest:
         new = self._check_samples(rows, is_salient, group)
         if len(rows) == 0:
             return ()
-        trees, samples = self._known.trees, self._added(self._known.samples, new)
-        indices = self._all_if_both(samples)
-        if trees:
-            indices = self._rng.choice(self.n_trees, self.n_regrown, replace=False)
-        return self._regrow(indices, trees, samples)
+        trees, samples = self._known
+        return self._regrow(None, trees, samples.with_more(*new, self.max_samples, self._rng))
+
+    def add(
+        self,
+        rows: Rows,
+        is_salient: npt.NDArray[np.bool_],
+        group: int | npt.NDArray[np.int32] = 0,
+    ) -> None:
+        """Add samples as `update` does, and regrow nothing."""
+        new = self._check_samples(rows, is_salient, group)
+        trees, samples = self._known
+        self._known = Known(trees, samples.with_more(*new, self.max_samples, self._rng))
+
+    def regrow(self, trees: Sequence[int] | None = None) -> tuple[int, ...]:
+        """Grow these trees anew from the buffer, and return them; None = those of an update.
+
+        A forest that is untrained grows all of them, or none while there is one class only.
+        """
+        if trees is None:
+            return self._regrow(None, *self._known)
+        for index in trees:
+            _check_range("trees", index, 0, self.n_trees - 1)
+        return self._regrow(np.unique(np.asarray(trees, np.int64)), *self._known)
 
     def fit(
         self,
@@ -161,8 +206,8 @@ class Forest:
         Of more than `max_samples` rows a uniformly random choice is kept.
         """
         new = self._check_samples(rows, is_salient, group)
-        samples = self._added(self._no_samples(), new)
-        return self._regrow(self._all_if_both(samples), (), samples)
+        nothing = Samples.none(self.n_features)
+        return self._regrow(None, (), nothing.with_more(*new, self.max_samples, self._rng))
 
     def predict(self, rows: Rows) -> npt.NDArray[np.float32]:
         """Return the (n,) mean votes of (n, F) rows, in [0, 1]; 0 while untrained."""
@@ -189,9 +234,34 @@ class Forest:
                 add_votes(tree.nodes, tree.values, tree.depth, rows, is_hard, votes_of_tree)
         return votes.T
 
+    def out_of_tree(
+        self, chosen: npt.NDArray[np.int64] | None = None
+    ) -> npt.NDArray[np.float32]:
+        """Return the (n,) mean votes that samples get from the trees that did not draw their row.
+
+        Against their labels this is an honest estimate of the error on rows like them. NaN where
+        no tree is known not to have drawn the row: everywhere without `max_rows`.
+
+        chosen: (n,) places in the buffer; None = all.
+        """
+        rows, keys, trees = self._read(partial(_rows_of, chosen))
+        total, n_votes = np.zeros(len(rows), np.float32), np.zeros(len(rows), np.int64)
+        places = np.arange(len(rows), dtype=np.int32)
+        for tree in trees:
+            unseen = find_unseen(places, keys, np.uint64(tree.seed), np.uint64(tree.bound))
+            votes = np.zeros(len(unseen), np.float32)
+            is_hard = self.vote == "hard"
+            add_votes(tree.nodes, tree.values, tree.depth, rows[unseen], is_hard, votes)
+            total[unseen] += votes
+            n_votes[unseen] += 1
+        return np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.float32(np.nan))
+
     def settings(self) -> dict[str, int | float | str]:
-        """Return what `__init__` needs for another such forest, but seed and threads."""
-        return {
+        """Return what `__init__` needs for another such forest, but seed and threads.
+
+        What version 0.1 did not have is among them only where it is not None.
+        """
+        settings: dict[str, int | float | str] = {
             "n_features": self.n_features,
             "n_trees": self.n_trees,
             "n_regrown": self.n_regrown,
@@ -202,6 +272,11 @@ class Forest:
             "n_split_features": self.n_split_features,
             "vote": self.vote,
         }
+        if self.max_rows is not None:
+            settings["max_rows"] = self.max_rows
+        if self.n_split_rows is not None:
+            settings["n_split_rows"] = self.n_split_rows
+        return settings
 
     def another(self, *, max_samples: int, n_regrown: int) -> Forest:
         """Return an empty forest with all other settings, and the same source of chance."""
@@ -209,24 +284,20 @@ class Forest:
         return Forest(**settings, seed=self._rng, n_threads=self.n_threads)  # type: ignore[arg-type]
 
     def state_arrays(self) -> Arrays:
-        """Return buffer and trees as flat arrays; `settings` are not among them.
+        """Return buffer and trees as flat arrays, see `pack_trees`; `settings` are not among them.
 
-        The nodes of all trees follow each other; `tree_sizes` (n_trees,) says how many each
-        has, 0 trees while untrained. A node's right child follows its left child.
+        With `max_rows` those of `pack_draws` are among them, too. No trees while untrained.
         """
-        trees, samples = self._known
-        nodes = np.concatenate([np.empty(0, np.int64), *(tree.nodes for tree in trees)])
-        values = np.concatenate([np.empty(0, np.float32), *(tree.values for tree in trees)])
+        return self._read(self._packed)
+
+    def _packed(self, known: Known) -> Arrays:
+        trees, samples = known
         return {
-            "rows": samples.rows.copy(),
+            "rows": samples.rows(),
             "is_salient": samples.is_salient.copy(),
             "groups": samples.groups.copy(),
-            "tree_sizes": np.array([tree.nodes.size for tree in trees], np.int32),
-            "tree_depths": np.array([tree.depth for tree in trees], np.int32),
-            "node_features": (nodes >> 8 & FEATURE_BITS).astype(np.uint16),
-            "node_thresholds": (nodes & 255).astype(np.uint8),
-            "node_left_children": (nodes >> 24).astype(np.int32),
-            "node_values": values,
+            **pack_trees(trees),
+            **(pack_draws(trees) if self.max_rows is not None else {}),
         }
 
     def restore(self, arrays: Arrays) -> None:
@@ -234,32 +305,47 @@ class Forest:
 
         Raises ValueError, and changes nothing, if the arrays do not fit this forest.
         """
-        for name, like in self.state_arrays().items():
+        nothing = Samples.none(self.n_features)
+        expected = {
+            "rows": nothing.rows(),
+            "is_salient": nothing.is_salient,
+            "groups": nothing.groups,
+            **pack_trees(()),
+        }
+        for name, like in expected.items():
             found = arrays.get(name, np.empty(0, np.void))
             if found.dtype != like.dtype or found.shape[1:] != like.shape[1:]:
                 raise ValueError(
                     f"{name}: expected (n, *{like.shape[1:]}) {like.dtype}, "
                     f"got {found.shape} {found.dtype}"
                 )
-        trees = _unpack_trees(arrays, self.n_features)
+        trees = unpack_trees(arrays, self.n_features)
         if len(trees) not in (0, self.n_trees):
             raise ValueError(f"tree_sizes: expected {self.n_trees} trees or 0, got {len(trees)}")
         if not len(arrays["rows"]) == len(arrays["is_salient"]) == len(arrays["groups"]):
             raise ValueError("rows, is_salient, groups: expected the same length")
-        samples = Samples(
+        samples = Samples.of(
             np.array(arrays["rows"], np.uint8),
             np.array(arrays["is_salient"], np.bool_),
             np.array(arrays["groups"], np.int32),
         )
         self._known = Known(tuple(trees), samples)
 
-    def _no_samples(self) -> Samples:
-        rows = np.empty((0, self.n_features), np.uint8)
-        return Samples(rows, np.empty(0, np.bool_), np.empty(0, np.int32))
+    def _read(self, take: Callable[[Known], Result]) -> Result:
+        """Return what is taken from the forest at one moment.
+
+        Learning writes where the present samples have no rows. Only where other samples took
+        their place meanwhile may theirs be overwritten: then it is taken again.
+        """
+        while True:
+            known = self._known
+            result = take(known)
+            if self._known is known:
+                return result
 
     def _check_samples(
         self, rows: Rows, is_salient: npt.NDArray[np.bool_], group: int | npt.NDArray[np.int32]
-    ) -> Samples:
+    ) -> tuple[Rows, npt.NDArray[np.bool_], Indices]:
         """Return the samples with one group each."""
         rows = self._check_rows(rows)
         if is_salient.shape != (len(rows),) or is_salient.dtype != np.bool_:
@@ -270,57 +356,86 @@ class Forest:
         groups = np.asarray(group, np.int32)
         if groups.shape not in ((), (len(rows),)):
             raise ValueError(f"group: expected a number or ({len(rows)},), got {groups.shape}")
-        return Samples(rows, is_salient, np.broadcast_to(groups, len(rows)))
-
-    def _added(self, kept: Samples, new: Samples) -> Samples:
-        """Return the buffer with more samples behind, and with what is too much evicted."""
-        # Equal rows side by side: `draw_points` merges them, so superpixels grow trees faster.
-        order = np.argsort(new.rows.view((np.void, self.n_features)).ravel(), kind="stable")
-        samples = Samples(
-            np.concatenate([kept.rows, new.rows[order]]),
-            np.concatenate([kept.is_salient, new.is_salient[order]]),
-            np.concatenate([kept.groups, new.groups[order]]),
-        )
-        n_samples = len(samples.rows)
-        n_evicted = n_samples - self.max_samples
-        if n_evicted <= 0:
-            return samples
-        is_kept = np.ones(n_samples, np.bool_)
-        is_kept[self._rng.choice(n_samples, n_evicted, replace=False)] = False
-        rows, is_salient, groups = samples
-        return Samples(rows[is_kept], is_salient[is_kept], groups[is_kept])
-
-    def _all_if_both(self, samples: Samples) -> npt.NDArray[np.int64]:
-        """Return every tree's index, or none while the buffer holds one class only."""
-        has_both = samples.is_salient.any() and not samples.is_salient.all()
-        return np.arange(self.n_trees if has_both else 0)
+        return rows, is_salient, np.broadcast_to(groups, len(rows))
 
     def _regrow(
-        self, indices: npt.NDArray[np.int64], trees: tuple[Tree, ...], samples: Samples
+        self,
+        indices: npt.NDArray[np.int64] | None,
+        trees: tuple[Tree, ...],
+        samples: Samples,
     ) -> tuple[int, ...]:
-        """Grow these trees anew, and take them, the other trees and the samples over.
+        """Grow these trees anew, None = some, and take them, the others and the samples over.
 
         Each tree has its own seed, drawn before any thread starts.
         """
+        rows = None if self.max_rows is None else self._distinct_rows(samples, self.max_rows)
+        if not trees:
+            indices = np.arange(self.n_trees if samples.has_both() else 0)
+        elif indices is None:
+            indices = self._choose(trees, rows)
         seeds = self._rng.integers(0, 2**64, indices.size, dtype=np.uint64)
+        birth = 1 + max((tree.birth for tree in trees), default=0)
+        grow = partial(self._grow, samples, rows, birth)
         if self.n_threads == 1:
-            grown = [self._grow(samples, seed) for seed in seeds]
+            grown = [grow(seed) for seed in seeds]
         else:
             with ThreadPoolExecutor(self.n_threads) as pool:
-                grown = list(pool.map(partial(self._grow, samples), seeds))
+                grown = list(pool.map(grow, seeds))
         after = dict(enumerate(trees)) | dict(zip(indices.tolist(), grown, strict=True))
         self._known = Known(tuple(after[index] for index in sorted(after)), samples)
         return tuple(indices.tolist())
 
-    def _grow(self, samples: Samples, seed: np.uint64) -> Tree:
-        """Grow one tree on a new share of the samples."""
+    def _distinct_rows(self, samples: Samples, max_rows: int) -> DistinctRows:
+        """Return the rows of the samples, and of how many a tree is to grow."""
+        columns, counts = count_rows(samples.columns, samples.is_salient)
+        share = min(self.share, max_rows / max(1, len(columns)))
+        return DistinctRows(columns, counts, round(share * ALL_KEYS))
+
+    def _choose(
+        self, trees: tuple[Tree, ...], rows: DistinctRows | None
+    ) -> npt.NDArray[np.int64]:
+        """Return the trees that an update grows anew, see `max_rows`."""
+        if rows is None or self.max_rows is None:
+            return self._rng.choice(self.n_trees, self.n_regrown, replace=False)
+        n_rows = rows.bound / ALL_KEYS * len(rows.columns)
+        n_affordable = int(self.n_regrown * self.max_rows / max(1.0, n_rows))
+        n_regrown = min(self.n_trees, max(self.n_regrown, n_affordable))
+        return np.argsort([tree.birth for tree in trees], kind="stable")[:n_regrown]
+
+    def _grow(
+        self, samples: Samples, rows: DistinctRows | None, birth: int, seed: np.uint64
+    ) -> Tree:
+        """Grow one tree on what it draws of the samples, or of their rows."""
         state = np.array([seed], np.uint64)
-        n_drawn = max(1, round(self.share * len(samples.rows)))
-        points, counts = draw_points(samples.rows, samples.is_salient, n_drawn, state)
+        if rows is None:
+            columns, counts = self._draw_samples(samples, state)
+            bound = ALL_KEYS
+        else:
+            columns, counts, bound = self._draw_rows(samples, rows, seed)
         nodes, values, depth = grow_tree(
-            points, counts, self.max_depth, self.min_split, self.n_split_features, state
+            take_points(samples.table, columns),
+            counts,
+            self.max_depth,
+            self.min_split,
+            self.n_split_features,
+            self.n_split_rows or len(columns),
+            state,
         )
-        return Tree(nodes.copy(), values.copy(), depth)
+        return Tree(nodes.copy(), values.copy(), depth, int(seed), bound, birth)
+
+    def _draw_samples(self, samples: Samples, state: RandomState) -> tuple[Indices, Packed]:
+        n_drawn = max(1, round(self.share * len(samples.columns)))
+        return draw_samples(samples.table, samples.columns, samples.is_salient, n_drawn, state)
+
+    def _draw_rows(
+        self, samples: Samples, rows: DistinctRows, seed: np.uint64
+    ) -> tuple[Indices, Packed, int]:
+        """Return the columns that a tree draws, their class counts, and the bound; all if none."""
+        columns, counts, bound = rows
+        drawn, drawn_counts = draw_rows(columns, counts, samples.keys, seed, np.uint64(bound))
+        if len(drawn) == 0:
+            return columns, counts.copy(), ALL_KEYS
+        return drawn, drawn_counts, bound
 
     def _check_rows(self, rows: Rows) -> Rows:
         """Return `rows` in the one memory layout that the kernels are compiled for."""
@@ -331,28 +446,13 @@ class Forest:
         return np.require(rows, requirements=["C_CONTIGUOUS", "WRITEABLE"])
 
 
-def _unpack_trees(arrays: Arrays, n_features: int) -> list[Tree]:
-    """Build the trees of `state_arrays`; ValueError where a walk would leave its tree."""
-    sizes = arrays["tree_sizes"].astype(np.int64)
-    features = arrays["node_features"].astype(np.int64)
-    thresholds = arrays["node_thresholds"].astype(np.int64)
-    left = arrays["node_left_children"].astype(np.int64)
-    values = arrays["node_values"].astype(np.float32)
-    n_nodes = int(sizes.sum())
-    lengths = {n_nodes, features.size, thresholds.size, left.size, values.size}
-    if len(lengths) > 1 or sizes.size != arrays["tree_depths"].size or (sizes < 1).any():
-        raise ValueError(f"tree_sizes: expected sizes of trees with {left.size} nodes in all")
-    starts = np.cumsum(sizes) - sizes
-    place = np.arange(n_nodes) - np.repeat(starts, sizes)
-    is_leaf = (left == place) & (thresholds == 255)
-    is_split = (left > place) & (left + 1 < np.repeat(sizes, sizes))
-    if not (is_leaf | is_split).all() or (features >= n_features).any():
-        raise ValueError(f"node_left_children: expected trees over {n_features} features")
-    nodes = left << 24 | features << 8 | thresholds
-    return [
-        Tree(nodes[start : start + size].copy(), values[start : start + size].copy(), int(depth))
-        for start, size, depth in zip(starts, sizes, arrays["tree_depths"], strict=True)
-    ]
+def _rows_of(
+    chosen: npt.NDArray[np.int64] | None, known: Known
+) -> tuple[Rows, Keys, tuple[Tree, ...]]:
+    """Return (n, F) rows of the buffer with their keys, and the trees of the same moment."""
+    trees, samples = known
+    columns = samples.columns if chosen is None else samples.columns[chosen]
+    return take_rows(samples.table, columns), samples.keys[columns], trees
 
 
 def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:
