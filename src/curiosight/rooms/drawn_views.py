@@ -128,9 +128,14 @@ class DrawnViews(ABC):
     def test_views(self, n_views: int) -> DrawnViews:
         """Return other viewpoints, for testing."""
 
+    @property
+    def n_before_change(self) -> int | None:
+        """How many looks see it as it is at first; None = it does not change."""
+        return None
+
     @abstractmethod
-    def own_test_views(self) -> DrawnViews:
-        """Return the views that an exploration is tested on."""
+    def own_test_views(self, *, is_after: bool = False) -> DrawnViews:
+        """Return the views that an exploration is tested on; is_after: after the change."""
 
     @abstractmethod
     def is_place_of(self, other: DrawnViews) -> bool:

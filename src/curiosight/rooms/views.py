@@ -100,7 +100,7 @@ class RoomViews(DrawnViews):
         """What draws the room; its light takes some seconds."""
         return Renderer(self.room.scene, n_threads=2)
 
-    def own_test_views(self) -> RoomViews:
+    def own_test_views(self, *, is_after: bool = False) -> RoomViews:
         return self.test_views(N_TEST_VIEWS)
 
     def is_place_of(self, other: DrawnViews) -> bool:

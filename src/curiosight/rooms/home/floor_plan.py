@@ -19,7 +19,7 @@ CORRIDOR_WIDTHS = (1.7, 2.1)
 DOOR_WALL, PARTY_WALL = 0.2, 0.2
 # Metres by which the corridor's picture reaches into a doorway: there both pictures are whole.
 OVERLAP = 0.01
-WIDTHS, DEPTHS, HEIGHTS = (4.4, 7.2), (3.8, 5.6), (2.4, 2.8)
+WIDTHS, DEPTHS, HEIGHTS = (4.8, 7.4), (4.1, 5.8), (2.4, 2.8)
 L_SHARE, SMALLEST_L = 0.3, 5.8
 
 

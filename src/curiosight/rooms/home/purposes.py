@@ -31,7 +31,7 @@ KITCHEN = Purpose(
         (storage.shelf, 0.5),
     ),
     (*crockery.KINDS, *packaging.KINDS, *appliances.KINDS, *plants.KINDS, *seats.KINDS[:2]),
-    n_on_floor=9,
+    n_on_floor=8,
     per_square_metre=14.0,
 )
 LIVING_ROOM = Purpose(
@@ -45,7 +45,7 @@ LIVING_ROOM = Purpose(
         (storage.sideboard, 0.7),
     ),
     (*electronics.KINDS, *lamps.KINDS, *plants.KINDS, *household.KINDS, *seats.KINDS),
-    n_on_floor=12,
+    n_on_floor=10,
     per_square_metre=9.0,
 )
 OFFICE = Purpose(
@@ -72,7 +72,7 @@ NURSERY = Purpose(
     "nursery",
     ((soft.bed, 1.0), (tables.table, 1.0), (storage.shelf, 1.0), (storage.sideboard, 0.7)),
     (*toys.KINDS, *toys.KINDS, *office.KINDS[:2], *containers.KINDS[2:], *seats.KINDS[3:]),
-    n_on_floor=18,
+    n_on_floor=15,
     per_square_metre=12.0,
 )
 DINING_ROOM = Purpose(
@@ -100,7 +100,7 @@ STORE_ROOM = Purpose(
         *seats.KINDS,
         *toys.KINDS,
     ),
-    n_on_floor=45,
+    n_on_floor=40,
     per_square_metre=22.0,
 )
 SPARE_ROOM = Purpose(

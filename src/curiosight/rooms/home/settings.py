@@ -68,10 +68,10 @@ class HomeSettings:
         changed = None if self.change is None else self.change.room
         if changed is not None and changed >= self.rooms:
             raise ValueError(f"change: expected room=0 to {self.rooms - 1}, got {changed}")
-        self.of_room(self.seed, 0)  # what a room refuses, no home has
+        self.of_room(self.seed)  # what a room refuses, no home has
 
-    def of_room(self, seed: int, number: int) -> RoomSettings:
-        """Return what the room of a number is drawn from, with a seed of its own."""
+    def of_room(self, seed: int) -> RoomSettings:
+        """Return what a room is drawn from, with a seed of its own."""
         return RoomSettings(
             seed,
             rearrange=self.rearrange,
