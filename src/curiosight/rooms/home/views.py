@@ -14,8 +14,11 @@ from curiosight.rooms.drawn_views import CAMERA, DrawnViews, Look, Standing, tak
 from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.home.home import Home
 from curiosight.rooms.home.renderer import HomeRenderer, HomeRenderers
-from curiosight.rooms.home.settings import HomeSettings
+from curiosight.rooms.home.settings import N_ORBIT, N_VIEWS, HomeSettings
+from curiosight.rooms.home.ways import draw_orbit, drive_around
 from curiosight.rooms.room import LOOKS, VIEWS, stream
+from curiosight.rooms.settings import MAST_TILT
+from curiosight.rooms.tours import HandHeld
 from curiosight.rooms.truth import instances_of, with_outlines
 from curiosight.rooms.viewpoints import camera_pose, draw_poses
 
@@ -53,8 +56,15 @@ class HomeViews(DrawnViews):
         self.remarks = (_sentence(self.home),)
 
     @cached_property
-    def free_space(self) -> FreeSpace:
-        """The floor that a robot can reach; where the home changes, before and after it."""
+    def free_space(self) -> FreeSpace | HandHeld:
+        """Where the camera can be brought; where the home changes, before and after it."""
+        if self._settings.path == "orbit":
+            return HandHeld([*self.outlines, *(lot.door_area for lot in self.home.plan.lots)])
+        return self._floor
+
+    @cached_property
+    def _floor(self) -> FreeSpace:
+        """The floor that a robot can reach."""
         before, after = self.home.free_space, self.home.after
         if self._settings.change is None or after is None:
             return before
@@ -87,15 +97,19 @@ class HomeViews(DrawnViews):
         """
         self.free_space.check(np.array([x, y]))
         settings = self._settings
-        height, tilt, roll = settings.height, settings.tilt, settings.mount
-        return camera_pose(x, y, heading_deg, height=height, tilt_deg=tilt, roll_deg=roll)
+        assert settings.height is not None
+        tilt = MAST_TILT if settings.tilt is None else settings.tilt
+        return camera_pose(
+            x, y, heading_deg, height=settings.height, tilt_deg=tilt, roll_deg=settings.mount
+        )
 
     def at_places(self, places: Sequence[tuple[float, float, float]]) -> HomeViews:
         return HomeViews(self._settings, [self.pose_at(*place) for place in places], like=self)
 
     def test_views(self, n_views: int, *, is_after: bool = False) -> HomeViews:
         change = self._settings.change if is_after else None
-        settings = replace(self._settings, split="test", views=n_views, change=change)
+        tilt = None if self._settings.path == "orbit" else self._settings.tilt
+        settings = replace(self._settings, split="test", views=n_views, change=change, tilt=tilt)
         return HomeViews(settings, like=self)
 
     def own_test_views(self, *, is_after: bool = False) -> HomeViews:
@@ -139,17 +153,21 @@ class HomeViews(DrawnViews):
 
     def _drawn_poses(self) -> list[Pose]:
         settings = self._settings
+        assert settings.height is not None
+        held = {"height": settings.height, "roll_deg": settings.mount}
+        if settings.path == "orbit":
+            n_views = N_ORBIT if settings.views is None else settings.views
+            return draw_orbit(self._home_after(0), n_views, self._stream(VIEWS), **held)
+        assert settings.tilt is not None
+        held["tilt_deg"] = settings.tilt
+        if settings.path == "drive":
+            places = drive_around(self.home.plan, self._floor, self._stream(VIEWS), settings.views)
+            return [camera_pose(*place, **held) for place in places]
+        n_views = N_VIEWS if settings.views is None else settings.views
         poses: list[Pose] = []
         for number, lot in enumerate(self.home.plan.lots):
-            poses += draw_poses(
-                settings.views,
-                self.free_space.within(lot.outline),
-                lot.outline,
-                self._stream(VIEWS, number),
-                height=settings.height,
-                tilt_deg=settings.tilt,
-                roll_deg=settings.mount,
-            )
+            free, rng = self._floor.within(lot.outline), self._stream(VIEWS, number)
+            poses += draw_poses(n_views, free, lot.outline, rng, **held)
         return poses
 
     def _stream(self, number: int, *more: int) -> np.random.Generator:
