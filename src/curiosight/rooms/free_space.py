@@ -21,6 +21,8 @@ ROBOT_RADIUS = 0.25  # metres; a small robot with a mast
 
 # To the right, down, and both diagonals; the graph is undirected.
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+# A way through a corner of four cells leads past it on both sides; in cells.
+_ASIDE = np.array([1e-3, 7e-4])
 # Those alone that cut no corner.
 _SQUARE_STEPS = ((0, 1), (1, 0))
 
@@ -151,12 +153,17 @@ class FreeSpace:
         return places[kept]
 
     def _is_free_between(self, start: Place, goal: Place) -> bool:
-        """Tell whether each cell is free that a straight way leads through, however briefly."""
+        """Tell whether each cell is free that a straight way leads through or touches."""
         first = (np.asarray(start) - self._origin) / self._cell + 1.5
-        step = (np.asarray(goal) - self._origin) / self._cell + 1.5 - first
+        last = (np.asarray(goal) - self._origin) / self._cell + 1.5
+        return all(self._is_free_along(first + aside, last + aside) for aside in (_ASIDE, -_ASIDE))
+
+    def _is_free_along(self, first: Place, last: Place) -> bool:
+        """Tell whether each cell is free on a straight way between places, in cells."""
+        step = last - first
         shares = [np.array([0.0, 1.0])]
         for axis in np.flatnonzero(step):
-            low, high = sorted((first[axis], first[axis] + step[axis]))
+            low, high = sorted((first[axis], last[axis]))
             shares.append((np.arange(np.ceil(low), np.floor(high) + 1) - first[axis]) / step[axis])
         edges = np.sort(np.concatenate(shares))
         middles = (edges[1:] + edges[:-1]) / 2

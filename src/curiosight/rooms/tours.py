@@ -108,8 +108,8 @@ def find_orbit(room: Room, height: float) -> Orbit | None:
             places = np.column_stack(
                 [centre[:2] + (half + arm) * ways, np.full(N_DIRECTIONS, height)]
             )
-            is_in = (low < places[:, None]) & (places[:, None] < high)
-            is_free = room.plan.contains(places[:, :2]) & ~is_in.all(axis=2).any(axis=1)
+            is_in = np.all((low < places[:, None]) & (places[:, None] < high), axis=2)
+            is_free = room.plan.contains(places[:, :2]) & ~is_in.any(axis=1)
             is_free &= room.plan.wall_distance(places[:, :2]) > CLEARANCE
             start, n_free = longest_run(is_free)
             step = 2 * np.pi / N_DIRECTIONS
