@@ -66,6 +66,10 @@ class FreeSpace:
         self._fill(inside, outline, 1)
         return self._part(self.is_free & (inside > 0))
 
+    def routable(self) -> FreeSpace:
+        """Return the part of it that hangs together by the sides of cells: what `route` can do."""
+        return self._part(_largest_piece(self.is_free, connectivity=4))
+
     def shared_with(self, other: FreeSpace) -> FreeSpace:
         """Return what is free here and there; both must be of the same outlines."""
         return self._part(_largest_piece(self.is_free & other.is_free))
@@ -125,7 +129,10 @@ class FreeSpace:
             reach *= 2
 
     def route(self, start: Place, goal: Place) -> npt.NDArray[np.float64]:
-        """Return (K, 2) places from one free place to another, with straight ways between them."""
+        """Return (K, 2) places from one to another, with straight ways between them.
+
+        Both must be of the part that is `routable`.
+        """
         ends = np.array([start, goal], np.float64)
         if self._is_free_between(*ends):
             return ends
@@ -133,7 +140,9 @@ class FreeSpace:
         first, last = (int(numbers[self._cell_of(place)]) for place in ends)
         _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
         cells = [last]
-        while cells[-1] != first and before[cells[-1]] >= 0:
+        while cells[-1] != first:
+            if before[cells[-1]] < 0:
+                raise ValueError(f"route: expected a way from {start} to {goal}, got none")
             cells.append(int(before[cells[-1]]))
         rows, columns = np.nonzero(self.is_free)
         centres = self._origin + (np.stack([columns, rows], 1)[cells[::-1]] - 1.0) * self._cell
@@ -212,8 +221,8 @@ class FreeSpace:
         cv2.fillPoly(grid, [corners], value)
 
 
-def _largest_piece(is_free: Mask) -> Mask:
-    n_pieces, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=8)
+def _largest_piece(is_free: Mask, connectivity: int = 8) -> Mask:
+    n_pieces, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=connectivity)
     if n_pieces == 1:
         return is_free
     sizes = np.bincount(pieces.ravel(), minlength=n_pieces)

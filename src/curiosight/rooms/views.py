@@ -70,6 +70,7 @@ class RoomViews(DrawnViews):
             return orbit.poses(settings.views, rng, height=height, roll_deg=roll)
         assert tilt is not None
         if settings.path == "drive":
+            space = space.routable()
             stops = (space.draw_places(1, rng)[0] for _ in count())
             return [
                 camera_pose(*place, height=height, tilt_deg=tilt, roll_deg=roll)

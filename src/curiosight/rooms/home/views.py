@@ -161,7 +161,9 @@ class HomeViews(DrawnViews):
         assert settings.tilt is not None
         held["tilt_deg"] = settings.tilt
         if settings.path == "drive":
-            places = drive_around(self.home.plan, self._floor, self._stream(VIEWS), settings.views)
+            places = drive_around(
+                self.home.plan, self._floor.routable(), self._stream(VIEWS), settings.views
+            )
             return [camera_pose(*place, **held) for place in places]
         n_views = N_VIEWS if settings.views is None else settings.views
         poses: list[Pose] = []
