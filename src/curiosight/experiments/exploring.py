@@ -65,7 +65,8 @@ class Exploration:
     """One exploration of a recording or a room, written to a folder while it runs.
 
     test_source: another recording to test on, instead of the settings' `test.every`. Where
-        neither is given a room is tested on views of its own, and a recording on its frames with
+        neither is given a room or home is tested on views of its own, after a change of the home
+        on views as it is then, and a recording on its frames with
         ground truth; these and their neighbours (`test.gap`) are not learned from, unless that
         would leave too few others (`LEAST_TO_LEARN`).
     continued: a model to go on with, see `load_run_model`; its features and forest replace
@@ -99,8 +100,10 @@ class Exploration:
         self._continued = continued
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
+        self._n_before_change: int | None = None
         if test_source is None and not config.test.every and isinstance(dataset, DrawnViews):
             test_source = dataset.own_test_views()
+            self._n_before_change = dataset.n_before_change
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
         self.regions = choose_regions(config, dataset, self.survey)
@@ -206,6 +209,12 @@ class Exploration:
         self.test_problems = Problems()
         self.held_out = HeldOut(self.learner, truth.labelled_frames(self.test_problems))
 
+    def _test_after_change(self) -> None:
+        """Go on with tests of what is drawn as it is after its change."""
+        assert isinstance(self.dataset, DrawnViews)
+        self._test_on(self._find_truth(self.dataset.own_test_views(is_after=True), ()))
+        self.stopwatch.watch(self.held_out, "overall_error", "test")
+
     def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
         max_frames = self.config.test.max_frames
         if test_source is None:
@@ -229,6 +238,8 @@ class Exploration:
     def _note(self, step: Step) -> StepRow:
         """Return the step's row; count what was wrong with its frame."""
         observation = step.observation
+        if step.index == self._n_before_change:
+            self._test_after_change()
         self.problems.add_told(observation.frame, observation.segmentation)
         self.lessons.add(observation.frame, observation.segmentation)
         self._n_regrown += observation.change.n_regrown

@@ -20,7 +20,8 @@ class Stopwatch:
     def watch(self, owner: object, method: str, stage: str | None = None) -> None:
         """Time one object's method from now on, as `stage` (its own name if None)."""
         stage = stage or method
-        self._stages.append(stage)
+        if stage not in self._stages:
+            self._stages.append(stage)
         original: Callable[..., Any] = getattr(owner, method)
 
         def timed(*args: Any, **options: Any) -> Any:

@@ -62,7 +62,8 @@ class Arrangement:
     """The places of a room, some of them taken.
 
     obstacles: footprints of furniture. kept_free: boxes (4 numbers) of
-    the floor where nothing may stand, such as before doors.
+    the floor where nothing may stand, such as before doors. least_reach: share of what a robot
+    reaches at first that things on the floor leave it.
     """
 
     def __init__(
@@ -71,6 +72,7 @@ class Arrangement:
         surfaces: Sequence[Surface],
         obstacles: Sequence[Polygon],
         kept_free: Sequence[Box] = (),
+        least_reach: float = 0.0,
     ) -> None:
         self._plan = plan
         self._surfaces = tuple(surfaces)
@@ -79,6 +81,7 @@ class Arrangement:
         self._on_surface: list[list[Box]] = [[] for _ in self._surfaces]
         self._on_floor: list[Box] = []
         self._n_square_metres = self._reach(None)
+        self._least_square_metres = least_reach * self._n_square_metres
         self.things: list[Thing] = []
 
     def fill(
@@ -136,7 +139,8 @@ class Arrangement:
             if not _is_inside(around, self._plan) or _meets_any(around, taken):
                 continue
             reach = self._reach(box)
-            if reach > self._n_square_metres - 1.2 * _area(_grown(box, ROBOT_RADIUS)):
+            least = self._n_square_metres - 1.2 * _area(_grown(box, ROBOT_RADIUS))
+            if reach > max(least, self._least_square_metres):
                 self._n_square_metres = reach
                 self._on_floor.append(box)
                 self.things.append(replace(thing, T_room_thing=pose))

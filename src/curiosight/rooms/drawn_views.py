@@ -18,8 +18,10 @@ from curiosight.rooms.free_space import Place, Polygon
 from curiosight.rooms.renderer import Rendering
 from curiosight.rooms.room import VISITS, stream
 from curiosight.rooms.sensing import Readings, sense
-from curiosight.rooms.settings import SensorName
+from curiosight.rooms.settings import PathName, SensorName
 
+# Pictures a second of a camera on its path.
+RATE_HZ = 30.0
 # A Kinect's colour camera, depth registered to it.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 _N_KEPT = 16
@@ -50,6 +52,8 @@ class ViewSettings(Protocol):
     def sensor(self) -> SensorName: ...
     @property
     def blur(self) -> bool: ...
+    @property
+    def path(self) -> PathName | None: ...
 
 
 class Space(Protocol):
@@ -128,9 +132,14 @@ class DrawnViews(ABC):
     def test_views(self, n_views: int) -> DrawnViews:
         """Return other viewpoints, for testing."""
 
+    @property
+    def n_before_change(self) -> int | None:
+        """How many looks see it as it is at first; None = it does not change."""
+        return None
+
     @abstractmethod
-    def own_test_views(self) -> DrawnViews:
-        """Return the views that an exploration is tested on."""
+    def own_test_views(self, *, is_after: bool = False) -> DrawnViews:
+        """Return the views that an exploration is tested on; is_after: after the change."""
 
     @abstractmethod
     def is_place_of(self, other: DrawnViews) -> bool:
@@ -151,8 +160,8 @@ class DrawnViews(ABC):
         return stream(self.settings, VISITS, n_looks)
 
     def seconds_of(self, index: int) -> float:
-        """Return when a view is recorded: as if the robot had looked around once a second."""
-        return float(index)
+        """Return when a view is recorded: on a path as a camera does, else once a second."""
+        return float(index) if self.settings.path is None else index / RATE_HZ
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -21,6 +21,10 @@ ROBOT_RADIUS = 0.25  # metres; a small robot with a mast
 
 # To the right, down, and both diagonals; the graph is undirected.
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+# A way through a corner of four cells leads past it on both sides; in cells.
+_ASIDE = np.array([1e-3, 7e-4])
+# Those alone that cut no corner.
+_SQUARE_STEPS = ((0, 1), (1, 0))
 
 
 class FreeSpace:
@@ -61,6 +65,10 @@ class FreeSpace:
         inside = np.zeros(self.is_free.shape, np.uint8)
         self._fill(inside, outline, 1)
         return self._part(self.is_free & (inside > 0))
+
+    def routable(self) -> FreeSpace:
+        """Return the part of it that hangs together by the sides of cells: what `route` can do."""
+        return self._part(_largest_piece(self.is_free, connectivity=4))
 
     def shared_with(self, other: FreeSpace) -> FreeSpace:
         """Return what is free here and there; both must be of the same outlines."""
@@ -120,12 +128,71 @@ class FreeSpace:
                 return max(straight, float(metres))
             reach *= 2
 
+    def route(self, start: Place, goal: Place) -> npt.NDArray[np.float64]:
+        """Return (K, 2) places from one to another, with straight ways between them.
+
+        Both must be of the part that is `routable`.
+        """
+        ends = np.array([start, goal], np.float64)
+        if self._is_free_between(*ends):
+            return ends
+        numbers, graph = self._graph_of(_SQUARE_STEPS)
+        first, last = (int(numbers[self._cell_of(place)]) for place in ends)
+        _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+        cells = [last]
+        while cells[-1] != first:
+            if before[cells[-1]] < 0:
+                raise ValueError(f"route: expected a way from {start} to {goal}, got none")
+            cells.append(int(before[cells[-1]]))
+        rows, columns = np.nonzero(self.is_free)
+        centres = self._origin + (np.stack([columns, rows], 1)[cells[::-1]] - 1.0) * self._cell
+        return self._straightened(np.concatenate([ends[:1], centres, ends[1:]]))
+
+    def _straightened(self, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the places without those that one can pass by on a straight way."""
+        kept, here = [0], 0
+        while here < len(places) - 1:
+            there = here + 1
+            while there + 1 < len(places) and self._is_free_between(
+                places[here], places[there + 1]
+            ):
+                there += 1
+            kept.append(there)
+            here = there
+        return places[kept]
+
+    def _is_free_between(self, start: Place, goal: Place) -> bool:
+        """Tell whether each cell is free that a straight way leads through or touches."""
+        first = (np.asarray(start) - self._origin) / self._cell + 1.5
+        last = (np.asarray(goal) - self._origin) / self._cell + 1.5
+        return all(self._is_free_along(first + aside, last + aside) for aside in (_ASIDE, -_ASIDE))
+
+    def _is_free_along(self, first: Place, last: Place) -> bool:
+        """Tell whether each cell is free on a straight way between places, in cells."""
+        step = last - first
+        shares = [np.array([0.0, 1.0])]
+        for axis in np.flatnonzero(step):
+            low, high = sorted((first[axis], last[axis]))
+            shares.append((np.arange(np.ceil(low), np.floor(high) + 1) - first[axis]) / step[axis])
+        edges = np.sort(np.concatenate(shares))
+        middles = (edges[1:] + edges[:-1]) / 2
+        columns, rows = np.floor(first + middles[:, None] * step).astype(np.int64).T
+        return bool(self.is_free[rows, columns].all())
+
     def _is_clear(self, start: Place, goal: Place) -> bool:
         n_samples = 2 + int(np.linalg.norm(np.subtract(goal, start)) / (0.5 * self._cell))
-        return all(self.contains(place) for place in np.linspace(start, goal, n_samples))
+        places = np.linspace(start, goal, n_samples)
+        cells = np.rint((places - self._origin) / self._cell).astype(np.int64) + 1
+        size = np.array(self.is_free.shape)[::-1]
+        if not ((cells >= 0) & (cells < size)).all():
+            return False
+        return bool(self.is_free[cells[:, 1], cells[:, 0]].all())
 
     @cached_property
     def _graph(self) -> tuple[npt.NDArray[np.int64], Any]:
+        return self._graph_of(_STEPS)
+
+    def _graph_of(self, steps: Sequence[tuple[int, int]]) -> tuple[npt.NDArray[np.int64], Any]:
         """Return the number of each free cell, and the graph of neighbouring ones in metres."""
         numbers = np.full(self.is_free.shape, -1, np.int64)
         numbers[self.is_free] = np.arange(self.is_free.sum())
@@ -133,7 +200,7 @@ class FreeSpace:
         ends: list[npt.NDArray[np.int64]] = []
         lengths: list[npt.NDArray[np.float64]] = []
         height, width = len(numbers), len(numbers[0])
-        for down, right in _STEPS:
+        for down, right in steps:
             a = numbers[: height - down, max(0, -right) : width - max(0, right)]
             b = numbers[down:, max(0, right) : width + min(0, right)]
             are_free = (a >= 0) & (b >= 0)
@@ -154,8 +221,8 @@ class FreeSpace:
         cv2.fillPoly(grid, [corners], value)
 
 
-def _largest_piece(is_free: Mask) -> Mask:
-    n_pieces, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=8)
+def _largest_piece(is_free: Mask, connectivity: int = 8) -> Mask:
+    n_pieces, pieces = cv2.connectedComponents(is_free.astype(np.uint8), connectivity=connectivity)
     if n_pieces == 1:
         return is_free
     sizes = np.bincount(pieces.ravel(), minlength=n_pieces)

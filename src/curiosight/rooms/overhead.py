@@ -52,7 +52,7 @@ class OverTables:
 
     def __init__(self, room: Room) -> None:
         self._plan: FloorPlan = room.plan
-        self.tables = _tables(room)
+        self.tables = tables_of(room)
         if not self.tables:
             raise ValueError(
                 f"over: expected a room with a table of {MIN_TABLE_AREA} m2, got {room.settings}"
@@ -158,7 +158,7 @@ def looking_at(
     )
 
 
-def _tables(room: Room) -> tuple[Table, ...]:
+def tables_of(room: Room) -> tuple[Table, ...]:
     """Return the tops that end their furniture: not those below wall cupboards."""
     tables = [
         Table(T_room_top, area)

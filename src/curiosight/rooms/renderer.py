@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Depth, Pose, is_rigid
+from curiosight.rooms.disguise import Disguise
 from curiosight.rooms.lighting import lit
 from curiosight.rooms.mesh import Floats, join
 from curiosight.rooms.mipmaps import mipmaps
@@ -83,6 +85,13 @@ class Renderer:
     def each(self, work: Callable[[slice], Seen], items: Sequence[slice]) -> list[Seen]:
         """Return what the work gives for each item, in order, some at a time."""
         return self._caster.map(work, items)
+
+    def disguised(self, disguise: Disguise, rng: np.random.Generator) -> Renderer:
+        """Return the same scene in the same light, all its materials changed by chance."""
+        other = copy(self)
+        dressed = disguise.put_on(self._surfaces, self._mipmaps, rng)
+        other._surfaces, other._mipmaps = dressed
+        return other
 
     def see(self, rays: Rays, start: Floats | None = None) -> Seen:
         """Return what rays meet; start: (N,) where on each ray it begins, None = at its origin."""

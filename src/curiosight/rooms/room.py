@@ -25,6 +25,8 @@ from curiosight.rooms.things.kind import FLOOR, TABLE
 from curiosight.rooms.truth import role_of_furniture, role_of_thing
 
 N_ON_FLOOR = 16
+# Share of the floor that a robot reaches in the fullest room of a home.
+LEAST_REACH = 0.5
 MAX_TABLE_SIZE = 0.5  # metres; what is larger stands on the floor
 # Numbers of the random streams that a seed is split into.
 PLAN, THINGS, REARRANGEMENT, LIGHTS, VIEWS, LOOKS, VISITS = range(7)
@@ -80,7 +82,8 @@ class Room:
         if seed is None:
             return replace(self, settings=settings, things=self.first_things)
         rng = stream(settings, REARRANGEMENT, seed)
-        empty = _places(self.plan, self.shell, self.furniture)
+        least_reach = 0.0 if self.brief is None else LEAST_REACH
+        empty = _places(self.plan, self.shell, self.furniture, least_reach)
         with painted_with(EVERYTHING if self.brief is None else self.brief.palette):
             things = rearranged(self.first_things, empty, self._kinds, rng)
         return replace(self, settings=settings, things=things)
@@ -93,18 +96,11 @@ class Room:
         return (*self.brief.purpose.things, *_kinds(self.settings)[len(KINDS) :])
 
     def _lights(self) -> tuple[Light, ...]:
-        """Return the lights, or others: each in another brightness and tint, one of them off."""
+        """Return the lights, or others."""
         first, seed = self.shell.lights, self.settings.lights
         if seed is None:
             return first
-        rng = stream(self.settings, LIGHTS, seed)
-        kept = sorted(rng.permutation(len(first))[: max(1, len(first) - 1)])
-        changed = []
-        for number in kept:
-            brightness, warmth = rng.uniform(0.4, 1.6), rng.uniform(-0.2, 0.2)
-            rgb = first[number].rgb * brightness * np.array([1 + warmth, 1, 1 - warmth])
-            changed.append(replace(first[number], rgb=rgb))
-        return tuple(changed)
+        return other_lights(first, stream(self.settings, LIGHTS, seed))
 
 
 def draw_room(settings: RoomSettings, brief: Brief | None = None) -> Room:
@@ -130,7 +126,7 @@ def _draw_as_asked(settings: RoomSettings, brief: Brief) -> Room:
     rng, purpose = stream(settings, PLAN), brief.purpose
     shell = draw_shell(brief.plan, rng, brief.openings, brief.mood)
     furniture = furnish(brief.plan, shell, rng, purpose.furniture)
-    arrangement = _places(brief.plan, shell, furniture)
+    arrangement = _places(brief.plan, shell, furniture, LEAST_REACH)
     arrangement.fill(
         (*purpose.things, *_kinds(settings)[len(KINDS) :]),
         purpose.n_on_floor,
@@ -140,6 +136,17 @@ def _draw_as_asked(settings: RoomSettings, brief: Brief) -> Room:
     things = tuple(arrangement.things)
     room = Room(settings, brief.plan, shell, furniture, things, things, brief)
     return room.rearranged(settings.rearrange, lights=settings.lights)
+
+
+def other_lights(first: Sequence[Light], rng: np.random.Generator) -> tuple[Light, ...]:
+    """Return lights each in another brightness and tint, one of them off."""
+    kept = sorted(rng.permutation(len(first))[: max(1, len(first) - 1)])
+    changed = []
+    for number in kept:
+        brightness, warmth = rng.uniform(0.4, 1.6), rng.uniform(-0.2, 0.2)
+        rgb = first[number].rgb * brightness * np.array([1 + warmth, 1, 1 - warmth])
+        changed.append(replace(first[number], rgb=rgb))
+    return tuple(changed)
 
 
 class Seeded(Protocol):
@@ -171,11 +178,13 @@ def _kind_of(library: SweetHomeLibrary, entry: Entry) -> Kind:
     return Kind(entry.name, draw, TABLE if entry.diagonal < MAX_TABLE_SIZE else FLOOR)
 
 
-def _places(plan: FloorPlan, shell: Shell, furniture: Sequence[Placed]) -> Arrangement:
+def _places(
+    plan: FloorPlan, shell: Shell, furniture: Sequence[Placed], least_reach: float = 0.0
+) -> Arrangement:
     """Return where things can stand, nothing of it taken."""
     surfaces = [
         Surface(T_room_surface, box) for placed in furniture for T_room_surface, box in placed.tops
     ]
     footprints = [placed.footprint for placed in furniture]
     kept_free = [np.asarray(area) for area in shell.kept_free]
-    return Arrangement(plan, surfaces, footprints, kept_free)
+    return Arrangement(plan, surfaces, footprints, kept_free, least_reach)

@@ -13,10 +13,13 @@ SensorName = Literal["kinect", "stereo", "lidar", "perfect"]
 Split = Literal["train", "test"]
 Over = Literal["table"]
 SceneName = Literal["auto", "floor", "table"]
+PathName = Literal["drive", "orbit"]
 
 PREFIX = "room:"
 # Metres and degrees of the paper's robot, whose camera stands on a mast.
 MAST_HEIGHT, MAST_TILT = 1.0, 10.0
+# Metres over the floor of a camera that one holds before one's face.
+HELD_HEIGHT = 1.4
 MAX_VIEWS = 10_000
 
 
@@ -41,6 +44,9 @@ class RoomSettings:
     scene: whose truth it is: "floor" = of a robot that takes what carries things for one object
         with them, so that only floor and walls are not salient; "auto", "table" = what carries
         things is a support. Over tables it is "table".
+    path: "drive" = the views are pictures on a robot's way through the room, 30 a second;
+        "orbit" = they are pictures of a hand-held camera that is carried round a table; None =
+        views from anywhere.
     """
 
     seed: int = 0
@@ -57,12 +63,13 @@ class RoomSettings:
     over: Over | None = None
     mount: float = 0.0
     scene: SceneName = "auto"
+    path: PathName | None = None
 
     def __post_init__(self) -> None:
+        if self.over is not None and self.path is not None:
+            raise ValueError(f"path: expected none with over={self.over}, got {self.path}")
         if self.over is None:
-            for name, usual in (("height", MAST_HEIGHT), ("tilt", MAST_TILT)):
-                if getattr(self, name) is None:
-                    object.__setattr__(self, name, usual)
+            fill_in_camera(self)
         check_choices(self, _CHOICES)
         check_seeds(self, ("seed", "rearrange", "lights"))
         self._check_camera()
@@ -84,9 +91,21 @@ class RoomSettings:
 
     def __str__(self) -> str:
         """Return the source string that `parse_room` reads."""
-        default = RoomSettings(seed=self.seed, over=self.over)
-        always = ("over",) if self.over is not None else ()
+        default = RoomSettings(seed=self.seed, over=self.over, path=self.path)
+        always = [name for name in ("over", "path") if getattr(self, name) is not None]
         return write_options(PREFIX, self, default, always)
+
+
+def fill_in_camera(settings: Any) -> None:
+    """Set a camera's height and tilt, where they are None, to what is usual of its path."""
+    is_held = settings.path == "orbit"
+    if is_held and settings.tilt is not None:
+        found = f"path=orbit, which looks at its table; got {settings.tilt}"
+        raise ValueError(f"tilt: expected none with {found}")
+    usual = {"height": HELD_HEIGHT} if is_held else {"height": MAST_HEIGHT, "tilt": MAST_TILT}
+    for name, value in usual.items():
+        if getattr(settings, name) is None:
+            object.__setattr__(settings, name, value)
 
 
 _CHOICES = {
@@ -95,6 +114,7 @@ _CHOICES = {
     "split": Split,
     "over": Over,
     "scene": SceneName,
+    "path": PathName,
 }
 
 
@@ -178,6 +198,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     "over": str,
     "mount": float,
     "scene": str,
+    "path": str,
 }
 _EXPECTED: dict[Any, str] = {int: "a whole number", float: "a number", read_switch: "yes or no"}
 

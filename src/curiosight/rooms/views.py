@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import count, islice
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.overhead import HEIGHTS, TILTS_DEG, OverTables, looking_at
 from curiosight.rooms.renderer import Renderer
 from curiosight.rooms.room import LOOKS, VIEWS, Room, stream
+from curiosight.rooms.settings import MAST_TILT
+from curiosight.rooms.tours import HandHeld, drive, find_orbit
 from curiosight.rooms.truth import draw_instances, draw_truth
 from curiosight.rooms.viewpoints import camera_pose, draw_poses
 
@@ -33,7 +36,7 @@ class RoomViews(DrawnViews):
     def __init__(self, room: Room, poses: Sequence[Pose] | None = None) -> None:
         settings = room.settings
         self.room = room
-        self._free_space = room.free_space() if settings.over is None else OverTables(room)
+        self._free_space = _space_of(room)
         chosen = self._drawn_poses() if poses is None else poses
         digits = max(3, len(str(len(chosen) - 1)))
         ids = [f"{settings.split}-{index:0{digits}}" for index in range(len(chosen))]
@@ -41,7 +44,7 @@ class RoomViews(DrawnViews):
         self.remarks = (_sentence(room),)
 
     @property
-    def free_space(self) -> FreeSpace | OverTables:
+    def free_space(self) -> FreeSpace | OverTables | HandHeld:
         return self._free_space
 
     @property
@@ -60,7 +63,19 @@ class RoomViews(DrawnViews):
                 settings.views, rng, height=height, tilt_deg=tilt, roll_deg=roll
             )
         assert height is not None
+        if isinstance(space, HandHeld):
+            orbit = find_orbit(self.room, height)
+            if orbit is None:
+                raise ValueError(f"path: expected a room with a table, got {settings}")
+            return orbit.poses(settings.views, rng, height=height, roll_deg=roll)
         assert tilt is not None
+        if settings.path == "drive":
+            space = space.routable()
+            stops = (space.draw_places(1, rng)[0] for _ in count())
+            return [
+                camera_pose(*place, height=height, tilt_deg=tilt, roll_deg=roll)
+                for place in islice(drive(space, stops), settings.views)
+            ]
         outline = self.room.plan.outline
         return draw_poses(
             settings.views, space, outline, rng, height=height, tilt_deg=tilt, roll_deg=roll
@@ -80,7 +95,7 @@ class RoomViews(DrawnViews):
             return looking_at(target, heading_deg, height=height, tilt_deg=tilt, roll_deg=roll)
         space.check(place)
         assert height is not None
-        assert tilt is not None
+        tilt = MAST_TILT if tilt is None else tilt
         return camera_pose(x, y, heading_deg, height=height, tilt_deg=tilt, roll_deg=roll)
 
     def _stream(self, number: int, *more: int) -> np.random.Generator:
@@ -100,7 +115,7 @@ class RoomViews(DrawnViews):
         """What draws the room; its light takes some seconds."""
         return Renderer(self.room.scene, n_threads=2)
 
-    def own_test_views(self) -> RoomViews:
+    def own_test_views(self, *, is_after: bool = False) -> RoomViews:
         return self.test_views(N_TEST_VIEWS)
 
     def is_place_of(self, other: DrawnViews) -> bool:
@@ -127,6 +142,14 @@ class RoomViews(DrawnViews):
 
     def at_places(self, places: Sequence[tuple[float, float, float]]) -> RoomViews:
         return RoomViews(self.room, [self.pose_at(*place) for place in places])
+
+
+def _space_of(room: Room) -> FreeSpace | OverTables | HandHeld:
+    if room.settings.over is not None:
+        return OverTables(room)
+    if room.settings.path == "orbit":
+        return HandHeld([room.plan.outline])
+    return room.free_space()
 
 
 def standing_in(room: Room) -> list[Standing]:

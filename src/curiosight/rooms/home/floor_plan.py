@@ -19,7 +19,8 @@ CORRIDOR_WIDTHS = (1.7, 2.1)
 DOOR_WALL, PARTY_WALL = 0.2, 0.2
 # Metres by which the corridor's picture reaches into a doorway: there both pictures are whole.
 OVERLAP = 0.01
-WIDTHS, DEPTHS, HEIGHTS = (4.4, 7.2), (3.8, 5.6), (2.4, 2.8)
+WIDTHS, DEPTHS, HEIGHTS = (4.8, 7.4), (4.1, 5.8), (2.4, 2.8)
+_TOUCHING = 1e-6
 L_SHARE, SMALLEST_L = 0.3, 5.8
 
 
@@ -56,7 +57,7 @@ class Lot:
         """Tell whether (x, y) of the home is in the room or its doorway."""
         x, y = (np.asarray(place) - self.T_world_room[:2, 3]) @ self.T_world_room[:2, :2]
         left, low, right, high = self.door.front(-DOOR_WALL)
-        in_doorway = left <= x <= right and low <= y <= high
+        in_doorway = left <= x <= right and low - _TOUCHING <= y <= high + _TOUCHING
         return in_doorway or bool(self.plan.contains(np.array([x, y])))
 
     def before_door(self, metres: float) -> npt.NDArray[np.float64]:

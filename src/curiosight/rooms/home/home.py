@@ -1,16 +1,14 @@
-"""A home: its rooms, drawn and lit when they are first seen, and looked at through the doors."""
+"""A home: its floor plan, and the rooms on it, drawn when they are asked for."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
-from curiosight.frame import Camera, Pose
 from curiosight.rooms.brief import Brief
 from curiosight.rooms.drawn_views import Standing
 from curiosight.rooms.free_space import FreeSpace, Place, Polygon
@@ -18,86 +16,109 @@ from curiosight.rooms.home.floor_plan import HomePlan, draw_home_plan, in_world
 from curiosight.rooms.home.purposes import draw_moods, draw_purposes
 from curiosight.rooms.home.settings import HomeSettings
 from curiosight.rooms.palette import draw_palette, painted_with
-from curiosight.rooms.renderer import Renderer, Rendering, Seen, take_picture
-from curiosight.rooms.room import Room, draw_room, stream
+from curiosight.rooms.room import LIGHTS, Room, draw_room, other_lights, stream
 from curiosight.rooms.scene import Scene
 from curiosight.rooms.settings import RoomSettings
-from curiosight.rooms.shading import Rays
-from curiosight.rooms.shell import DOORWAY, Shell, draw_shell
-from curiosight.rooms.truth import greys_of
+from curiosight.rooms.shell import draw_shell
 from curiosight.rooms.views import standing_in
 
-# Numbers of the random streams of a home.
-PLAN, CORRIDOR, ROOMS = range(3)
-# The number of a part of a home is its number in its room, and so much for each room before.
-MAX_PARTS = 4096
-N_THREADS = 2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LitRoom:
-    """A room, or the corridor, ready to be looked at.
-
-    greys: (MAX_PARTS,) of its parts in the truth, by number. doors: to which room each of its
-    doorways leads, by the number of the doorway's part.
-    """
-
-    renderer: Renderer
-    greys: npt.NDArray[np.uint8]
-    doors: dict[int, int]
+# A home's streams of chance are others than those of the room of the same seed.
+_HOME = 1_000_003
+PLAN, CORRIDOR, ROOMS, UNLEARNABLE = range(4)
 
 
 class Home:
     """The rooms of one home, numbered from 0; the corridor's number is the last.
 
-    Rooms are drawn when they are asked for, and lit when they are first seen.
+    before: the same home before its change; None = this is how it is at first. `after` is the
+    home after the change, None where it does not change.
     """
 
-    def __init__(self, settings: HomeSettings) -> None:
+    def __init__(self, settings: HomeSettings, *, before: Home | None = None) -> None:
         self.settings = settings
-        rng = stream(settings, PLAN, _HOME)
+        self._before = before
+        rng = stream(settings, _HOME, PLAN)
         self.plan: HomePlan = draw_home_plan(settings.rooms, rng)
         purposes, moods = draw_purposes(settings.rooms, rng), draw_moods(settings.rooms, rng)
-        self._briefs = [
+        self.briefs = tuple(
             Brief(lot.plan, lot.openings, purpose, mood, draw_palette(rng))
             for lot, purpose, mood in zip(self.plan.lots, purposes, moods, strict=True)
-        ]
-        self._seeds = [
-            int(seed)
-            for seed in stream(settings, ROOMS, _HOME).integers(2**62, size=settings.rooms)
-        ]
+        )
+        seeds = stream(settings, _HOME, ROOMS).integers(2**62, size=settings.rooms)
+        self._seeds: list[int] = seeds.tolist()
         self._drawn: dict[int, Room] = {}
         self._standing: dict[int, list[Standing]] = {}
-        self._lit: dict[int, LitRoom] = {}
         self._lock = threading.RLock()
+        changes = before is None and settings.change is not None
+        self.after = Home(settings, before=self) if changes else None
 
     @property
     def n_rooms(self) -> int:
         """How many rooms there are beside the corridor, whose number this is."""
         return len(self.plan.lots)
 
+    @property
+    def unlearnable(self) -> int | None:
+        """The number of the room that looks different at every look; None = there is none."""
+        if not self.settings.unlearnable:
+            return None
+        # One of those in which there is most to learn.
+        n_things = [brief.purpose.n_on_floor for brief in self.briefs]
+        candidates = np.argsort(n_things, kind="stable")[-max(1, self.n_rooms // 2) :]
+        rng = stream(self.settings, _HOME, UNLEARNABLE)
+        return int(candidates[rng.integers(len(candidates))])
+
+    def is_changed(self, number: int) -> bool:
+        """Tell whether a room, or the corridor, is other than before the change."""
+        change = self.settings.change
+        if self._before is None or change is None:
+            return False
+        if number == self.n_rooms:
+            return change.room is None and change.lights is not None
+        return change.room in (None, number)
+
     def room_settings(self, number: int) -> RoomSettings:
         """Return what a room is drawn from."""
-        return self.settings.of_room(self._seeds[number], number)
+        settings, change = self.settings.of_room(self._seeds[number]), self.settings.change
+        if change is None or not self.is_changed(number):
+            return settings
+        rearrange = settings.rearrange if change.rearrange is None else change.rearrange
+        return replace(settings, rearrange=rearrange, lights=self._corridor_lights)
 
     def room(self, number: int) -> Room:
         """Return a room in its own frame; where it lies say the lots of the plan."""
         with self._lock:
             if number not in self._drawn:
-                room = draw_room(self.room_settings(number), self._briefs[number])
-                self._drawn[number] = room
-                self._standing[number] = [
-                    replace(one, polygon=in_world(self.plan.lots[number].T_world_room, one.polygon))
-                    for one in standing_in(room)
-                ]
+                self._drawn[number] = self._draw(number)
             return self._drawn[number]
+
+    def forget(self, number: int) -> None:
+        """Let go of a room's memory; it is drawn again when it is asked for."""
+        with self._lock:
+            self._drawn.pop(number, None)
 
     def standing(self, number: int) -> Sequence[Standing]:
         """Return what stands on the floor of a room, in the home's frame."""
         with self._lock:
             if number not in self._standing:
-                self.room(number)
+                pose, was_drawn = self.plan.lots[number].T_world_room, number in self._drawn
+                self._standing[number] = [
+                    replace(one, polygon=in_world(pose, one.polygon))
+                    for one in standing_in(self.room(number))
+                ]
+                if self._before is not None and not was_drawn:
+                    self.forget(number)  # it is long before it is seen
             return self._standing[number]
+
+    def corridor(self) -> Scene:
+        """Return what there is to see of the corridor, in the home's frame."""
+        rng = stream(self.settings, _HOME, CORRIDOR)
+        with painted_with(draw_palette(rng)):
+            shell = draw_shell(self.plan.corridor, rng, self.plan.corridor_openings)
+        seed, lights = self._corridor_lights, shell.lights
+        if seed is not None:
+            lights = other_lights(lights, stream(self.settings, _HOME, LIGHTS, seed))
+        return Scene(shell.parts, lights)
 
     @property
     def outlines(self) -> tuple[Polygon, ...]:
@@ -123,64 +144,16 @@ class Home:
             raise ValueError(f"viewpoint: expected a place in the home, got ({x:.2f}, {y:.2f})")
         return self.n_rooms
 
-    def render(self, camera: Camera, T_world_camera: Pose) -> Rendering:
-        """Draw what a camera sees, of the next rooms too; for ids see `MAX_PARTS`."""
-        here = self.place_of(T_world_camera[:2, 3])
+    @property
+    def _corridor_lights(self) -> int | None:
+        change = self.settings.change if self._before is not None else None
+        if change is None or change.lights is None:
+            return self.settings.lights
+        return change.lights
 
-        def see(rays: Rays) -> Seen:
-            return self._see(here, rays, None)
-
-        return take_picture(see, self._lit_room(here).renderer.each, camera, T_world_camera)
-
-    def greys(self, ids: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
-        """Return (H, W) the truth of the parts in a picture, up to the outlines."""
-        greys = np.empty(ids.shape, np.uint8)
-        for number in np.unique(ids // MAX_PARTS).tolist():
-            is_here = ids // MAX_PARTS == number
-            greys[is_here] = self._lit_room(number).greys[ids[is_here] % MAX_PARTS]
-        return greys
-
-    def _see(self, number: int, rays: Rays, start: npt.NDArray[np.float32] | None) -> Seen:
-        """Return what rays meet that begin in a room; those through a doorway go on behind it."""
-        lit = self._lit_room(number)
-        seen = lit.renderer.see(rays, start)
-        ids = seen.ids + np.int32(number * MAX_PARTS)
-        for door, beyond in lit.doors.items():
-            through = np.flatnonzero(seen.ids == door)
-            if not len(through):
-                continue
-            farther = rays._replace(directions=np.ascontiguousarray(rays.directions[through]))
-            behind = self._see(beyond, farther, seen.depth[through])
-            for column, other in zip(
-                (seen.radiance, seen.depth, ids, seen.cosine, seen.infrared), behind, strict=True
-            ):
-                column[through] = other
-        return seen._replace(ids=ids)
-
-    def _lit_room(self, number: int) -> LitRoom:
-        with self._lock:
-            if number not in self._lit:
-                self._lit[number] = self._light(number)
-            return self._lit[number]
-
-    def _light(self, number: int) -> LitRoom:
-        if number == self.n_rooms:
-            shell = self._corridor()
-            scene, beyond = Scene(shell.parts, shell.lights), list(range(self.n_rooms))
-        else:
-            pose = self.plan.lots[number].T_world_room
-            scene, beyond = self.room(number).scene.moved(pose), [self.n_rooms]
-            del self._drawn[number]  # its textures are in the renderer, too
-        greys = np.zeros(MAX_PARTS, np.uint8)
-        greys[1 : len(scene.parts) + 1] = greys_of(scene.parts)
-        ids = [id for id, part in enumerate(scene.parts, 1) if part.name == DOORWAY]
-        renderer = Renderer(scene, n_threads=N_THREADS)
-        return LitRoom(renderer, greys, dict(zip(ids, beyond, strict=True)))
-
-    def _corridor(self) -> Shell:
-        rng = stream(self.settings, CORRIDOR, _HOME)
-        with painted_with(draw_palette(rng)):
-            return draw_shell(self.plan.corridor, rng, self.plan.corridor_openings)
-
-
-_HOME = 1_000_003
+    def _draw(self, number: int) -> Room:
+        settings = self.room_settings(number)
+        if self._before is not None and number in self._before._drawn:
+            room = self._before._drawn[number]
+            return room.rearranged(settings.rearrange, lights=settings.lights)
+        return draw_room(settings, self.briefs[number])

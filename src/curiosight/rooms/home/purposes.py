@@ -31,7 +31,7 @@ KITCHEN = Purpose(
         (storage.shelf, 0.5),
     ),
     (*crockery.KINDS, *packaging.KINDS, *appliances.KINDS, *plants.KINDS, *seats.KINDS[:2]),
-    n_on_floor=9,
+    n_on_floor=8,
     per_square_metre=14.0,
 )
 LIVING_ROOM = Purpose(
@@ -45,7 +45,7 @@ LIVING_ROOM = Purpose(
         (storage.sideboard, 0.7),
     ),
     (*electronics.KINDS, *lamps.KINDS, *plants.KINDS, *household.KINDS, *seats.KINDS),
-    n_on_floor=12,
+    n_on_floor=10,
     per_square_metre=9.0,
 )
 OFFICE = Purpose(
@@ -65,14 +65,14 @@ BEDROOM = Purpose(
     "bedroom",
     ((soft.bed, 1.0), (storage.wardrobe, 1.0), (storage.sideboard, 0.8), (soft.armchair, 0.5)),
     (*bags.KINDS, *lamps.KINDS, *household.KINDS[2:4], *electronics.KINDS[3:], *office.KINDS[:2]),
-    n_on_floor=6,
-    per_square_metre=7.0,
+    n_on_floor=3,
+    per_square_metre=4.0,
 )
 NURSERY = Purpose(
     "nursery",
     ((soft.bed, 1.0), (tables.table, 1.0), (storage.shelf, 1.0), (storage.sideboard, 0.7)),
     (*toys.KINDS, *toys.KINDS, *office.KINDS[:2], *containers.KINDS[2:], *seats.KINDS[3:]),
-    n_on_floor=18,
+    n_on_floor=15,
     per_square_metre=12.0,
 )
 DINING_ROOM = Purpose(
@@ -100,7 +100,7 @@ STORE_ROOM = Purpose(
         *seats.KINDS,
         *toys.KINDS,
     ),
-    n_on_floor=45,
+    n_on_floor=40,
     per_square_metre=22.0,
 )
 SPARE_ROOM = Purpose(
@@ -110,17 +110,9 @@ SPARE_ROOM = Purpose(
     n_on_floor=2,
     per_square_metre=1.0,
 )
-# A home has these first, in another order each; then it begins anew.
-PURPOSES = (
-    LIVING_ROOM,
-    KITCHEN,
-    STORE_ROOM,
-    SPARE_ROOM,
-    BEDROOM,
-    OFFICE,
-    NURSERY,
-    DINING_ROOM,
-)
+# What every home of four rooms has, then the others; of more than all it begins anew.
+ALWAYS = (STORE_ROOM, SPARE_ROOM)
+OTHERS = (LIVING_ROOM, KITCHEN, BEDROOM, OFFICE, NURSERY, DINING_ROOM)
 # By broad daylight, by warm lamps in the evening, by cold tubes, in between.
 MOODS = (
     Mood(daylight=1.5, lamps=0.3),
@@ -131,8 +123,10 @@ MOODS = (
 
 
 def draw_purposes(n_rooms: int, rng: np.random.Generator) -> tuple[Purpose, ...]:
-    """Draw what each room is for: the first of all purposes, in any order."""
-    chosen = [PURPOSES[number % len(PURPOSES)] for number in range(n_rooms)]
+    """Draw what each room is for: one a dump and one nearly empty, where there are four."""
+    others = [OTHERS[number] for number in rng.permutation(len(OTHERS))]
+    first = [*ALWAYS, *others] if n_rooms >= 2 * len(ALWAYS) else others
+    chosen = [first[number % len(first)] for number in range(n_rooms)]
     return tuple(chosen[number] for number in rng.permutation(n_rooms))
 
 

@@ -9,15 +9,15 @@ from typing import Any
 
 from curiosight.rooms.home.change import Change, read_change
 from curiosight.rooms.settings import (
-    MAST_HEIGHT,
-    MAST_TILT,
     READERS,
+    PathName,
     RoomSettings,
     SceneName,
     SensorName,
     Split,
     check_choices,
     check_seeds,
+    fill_in_camera,
     read_options,
     read_switch,
     write_options,
@@ -25,8 +25,8 @@ from curiosight.rooms.settings import (
 
 PREFIX = "home:"
 N_ROOMS, MAX_ROOMS = 8, 40
-# Viewpoints a room, of all rooms together at most so many.
-N_VIEWS, MAX_VIEWS = 60, 100_000
+# Viewpoints a room, pictures of one way round a table, and most of all together.
+N_VIEWS, N_ORBIT, MAX_VIEWS = 60, 300, 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,8 @@ class HomeSettings:
     """Everything that decides what a home's images look like.
 
     seed: of the floor plan and of all that is in it. rooms: how many.
-    views: how many viewpoints a room.
+    views: how many viewpoints a room, or with a path pictures in all; None = 60, of a drive as
+        many as it takes to have been in all rooms, of an orbit 300.
     change: what happens to the home after some looks; None = nothing. Test views show the home
         as it is then.
     unlearnable: one room's things and surfaces look different at every look.
@@ -46,9 +47,9 @@ class HomeSettings:
     rearrange: int | None = None
     lights: int | None = None
     sensor: SensorName = "kinect"
-    height: float = MAST_HEIGHT
-    tilt: float = MAST_TILT
-    views: int = N_VIEWS
+    height: float | None = None
+    tilt: float | None = None
+    views: int | None = None
     split: Split = "train"
     blur: bool = False
     furniture: Path | None = None
@@ -56,22 +57,25 @@ class HomeSettings:
     scene: SceneName = "auto"
     change: Change | None = None
     unlearnable: bool = False
+    path: PathName | None = None
 
     def __post_init__(self) -> None:
+        fill_in_camera(self)
         if not 1 <= self.rooms <= MAX_ROOMS:
             raise ValueError(f"rooms: expected 1 to {MAX_ROOMS}, got {self.rooms}")
-        if not 1 <= self.views <= MAX_VIEWS // self.rooms:
-            most = f"{MAX_VIEWS // self.rooms} a room"
-            raise ValueError(f"views: expected 1 to {most}, got {self.views}")
-        check_choices(self, {"sensor": SensorName, "split": Split, "scene": SceneName})
+        most, of_room = (MAX_VIEWS // self.rooms, " a room") if not self.path else (MAX_VIEWS, "")
+        if self.views is not None and not 1 <= self.views <= most:
+            raise ValueError(f"views: expected 1 to {most}{of_room}, got {self.views}")
+        choices = {"sensor": SensorName, "split": Split, "scene": SceneName, "path": PathName}
+        check_choices(self, choices)
         check_seeds(self, ("seed", "rearrange", "lights"))
         changed = None if self.change is None else self.change.room
         if changed is not None and changed >= self.rooms:
             raise ValueError(f"change: expected room=0 to {self.rooms - 1}, got {changed}")
-        self.of_room(self.seed, 0)  # what a room refuses, no home has
+        self.of_room(self.seed)  # what a room refuses, no home has
 
-    def of_room(self, seed: int, number: int) -> RoomSettings:
-        """Return what the room of a number is drawn from, with a seed of its own."""
+    def of_room(self, seed: int) -> RoomSettings:
+        """Return what a room is drawn from, with a seed of its own."""
         return RoomSettings(
             seed,
             rearrange=self.rearrange,
@@ -84,11 +88,13 @@ class HomeSettings:
             furniture=self.furniture,
             mount=self.mount,
             scene=self.scene,
+            path=self.path,
         )
 
     def __str__(self) -> str:
         """Return the source string that `parse_home` reads."""
-        return write_options(PREFIX, self, HomeSettings(seed=self.seed))
+        default = HomeSettings(seed=self.seed, path=self.path)
+        return write_options(PREFIX, self, default, () if self.path is None else ("path",))
 
 
 def is_home(source: Path | str) -> bool:
