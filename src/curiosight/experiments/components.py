@@ -152,10 +152,12 @@ def make_learner(
         on (`TemporalTeacher`).
     rng: None = one made from the seed.
     """
-    settings = config.forest
+    settings, described = config.forest, config.learner
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
-        n_features=count_features(contrast=config.learner.contrast),
+        n_features=count_features(
+            described.features, described.colour_space, contrast=described.contrast
+        ),
         n_trees=settings.n_trees,
         n_regrown=settings.n_regrown,
         share=settings.share,
@@ -170,14 +172,17 @@ def make_learner(
     return SaliencyLearner(
         _heard(config, teacher),
         forest,
-        rows_per=config.learner.rows_per,
-        colour_space=config.learner.colour_space,
-        contrast=config.learner.contrast,
-        n_pixels=config.learner.n_pixels,
-        blind_share=config.learner.blind_share,
-        follow_edges=config.learner.follow_edges,
-        n_superpixels=config.learner.n_superpixels,
-        threshold=config.learner.threshold,
+        features=described.features,
+        rows_per=described.rows_per,
+        colour_space=described.colour_space,
+        contrast=described.contrast,
+        superpixels=described.superpixels,
+        n_superpixels=described.n_superpixels,
+        n_pixels=described.n_pixels,
+        blind_share=described.blind_share,
+        follow_edges=described.follow_edges,
+        edge_stride=described.edge_stride,
+        threshold=described.threshold,
         seed=rng,
     )
 
@@ -203,13 +208,16 @@ def load_learner(
     return learner, with_model(
         config,
         LearnerConfig(
+            features=learner.features,
             rows_per=learner.rows_per,
             colour_space=learner.colour_space,
             contrast=learner.contrast,
+            superpixels=learner.superpixels,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
             blind_share=learner.blind_share,
             follow_edges=learner.follow_edges,
+            edge_stride=learner.edge_stride,
             threshold=learner.threshold,
         ),
         ForestConfig(
