@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,17 +29,18 @@ ANOTHER = "give the ONNX file of a network from an image (1, 3, h, w) to maps (1
 class Network:
     """Dense features of a network: called with an image, it returns its maps.
 
-    path: a network from one float32 image (1, 3, h, w), red first, prepared as for ImageNet. Of
-        its outputs that are maps, the deepest counts: the one of most channels, the first
-        of those; so an encoder's last layer, where the file gives that out.
+    path: a network from one float32 image (1, 3, h, w), red first, prepared as for ImageNet.
+    content: of that file.
+    tensor: what counts of all that the network computes on its way, by its name in the file;
+        "" = of its outputs that are maps the one with most of them.
 
     Runs on one thread. Raises `DataError` where the file is no such network, or where
     onnxruntime is not installed.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, content: bytes, tensor: str = "") -> None:
         self.path = path
-        self._session = _open(path)
+        self._session = _open(path, content + (_output(tensor) if tensor else b""))
         inputs = self._session.get_inputs()
         shape = tuple(inputs[0].shape) if len(inputs) == 1 else ()
         if len(shape) != 4 or inputs[0].type != "tensor(float)" or not _fits(shape[1], 3):
@@ -48,7 +48,7 @@ class Network:
             raise DataError(path, f"takes {found} instead of one float image", ANOTHER)
         self._input = inputs[0].name
         self._sides = tuple(side if isinstance(side, int) else None for side in shape[2:])
-        self._output, self.n_maps = self._find_output()
+        self._output, self.n_maps = self._find_output(tensor)
 
     def __call__(self, rgb: Rgb) -> Maps:
         """Return the (k, h', w') maps of an (h, w, 3) uint8 RGB image."""
@@ -57,9 +57,9 @@ class Network:
         image = (resized.astype(np.float32) / 255 - MEAN) / DEVIATION
         return self._run(np.ascontiguousarray(image.transpose(2, 0, 1)), [self._output])[0]
 
-    def _find_output(self) -> tuple[str, int]:
+    def _find_output(self, tensor: str) -> tuple[str, int]:
         """Return the name and number of maps of the output that counts, by trying the network."""
-        names = [node.name for node in self._session.get_outputs()]
+        names = [tensor] if tensor else [node.name for node in self._session.get_outputs()]
         height, width = (side or 320 for side in self._sides)
         found = self._run(np.zeros((3, height, width), np.float32), names)
         sizes = [len(maps) if maps.ndim == 3 and maps.size else 0 for maps in found]
@@ -77,15 +77,20 @@ class Network:
         return [np.asarray(output, np.float32)[0] for output in outputs]
 
 
-def network(path: Path) -> FeatureSet:
-    """Return the set `onnx:FILE`: the maps of a network, averaged over superpixels."""
-    path = Path(path).absolute()
+def network(place: str) -> FeatureSet:
+    """Return the set `onnx:FILE` or `onnx:FILE#TENSOR`: its maps, averaged over superpixels.
+
+    place: what follows `onnx:`, see `Network`.
+    """
+    name, _, tensor = (place, "", "") if Path(place).exists() else place.partition("#")
+    path = Path(name).absolute()
     try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        content = path.read_bytes()
     except OSError as error:
         found = f"cannot be read ({error.strerror or error})"
         raise DataError(path, found, ANOTHER) from error
-    maps_of = _network(path, digest)
+    digest = hashlib.sha256(content).hexdigest()
+    maps_of = Network(path, content, tensor)
 
     def describe(image: Rgb, superpixels: Superpixels) -> Rows:
         maps, (height, width) = maps_of(image), superpixels.shape
@@ -95,17 +100,12 @@ def network(path: Path) -> FeatureSet:
         return to_bytes(np.arcsinh(values), -farthest, farthest)
 
     columns = tuple(f"map {index}" for index in range(maps_of.n_maps))
-    return FeatureSet(f"onnx:{path}", columns, describe, digest=digest)
+    set_name = f"onnx:{path}#{tensor}" if tensor else f"onnx:{path}"
+    return FeatureSet(set_name, columns, describe, digest=digest)
 
 
-@lru_cache(maxsize=4)
-def _network(path: Path, digest: str) -> Network:
-    """Return the network of a file as it is now."""
-    return Network(path)
-
-
-def _open(path: Path) -> Any:
-    """Return the onnxruntime session of a file."""
+def _open(path: Path, content: bytes) -> Any:
+    """Return the onnxruntime session of a file's content."""
     try:
         import onnxruntime
     except ImportError as error:
@@ -114,10 +114,29 @@ def _open(path: Path) -> Any:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 4  # errors are raised; printing them too is not for a library
+    providers = ["CPUExecutionProvider"]
     try:
-        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        return onnxruntime.InferenceSession(content, options, providers=providers)
     except Exception as error:  # onnxruntime's own have no other base class
         raise DataError(path, f"cannot be read as a network ({error})", ANOTHER) from error
+
+
+def _output(tensor: str) -> bytes:
+    """Return what makes a tensor an output of a network, where it follows the file's content.
+
+    Messages of Protocol Buffers that follow each other are merged: here a model (7: graph) whose
+    graph (12: output) has one value more (1: name).
+    """
+    message = tensor.encode()
+    for field in (1, 12, 7):
+        message = _number(field << 3 | 2) + _number(len(message)) + message
+    return message
+
+
+def _number(value: int) -> bytes:
+    """Return seven bits a byte, the lowest first; all but the last have their top bit set."""
+    last = bytes([value & 0x7F | (0x80 if value > 0x7F else 0)])
+    return last + _number(value >> 7) if value > 0x7F else last
 
 
 def _fits(side: int | str | None, expected: int) -> bool:

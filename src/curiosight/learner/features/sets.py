@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import PLACES, Rows, describe_superpixels
 from curiosight.learner.features.contrast import LEVELS, describe_contrast
@@ -24,18 +22,19 @@ ONNX = "onnx:"
 def make_sets(names: str, colour_space: ColourSpace) -> tuple[FeatureSet, ...]:
     """Return sets by their names, joined by `+`, in this order.
 
-    names: of `SET_NAMES`, or `onnx:FILE`, which comes last.
+    names: of `SET_NAMES`, or `onnx:FILE`, which comes last (`network` says what it may be).
     colour_space: of the sets that are colours.
 
     Raises ValueError for another name, `DataError` for a file that is no such network.
     """
     plain, has_network, file = names.partition(ONNX)
-    parts = plain.removesuffix("+").split("+") if plain else []
+    plain = plain.removesuffix("+") if has_network else plain
+    parts = plain.split("+") if plain else []
     sets = tuple(_make(part, colour_space) for part in parts)
     if has_network:
         from curiosight.learner.features.network import network
 
-        sets += (network(Path(file)),)
+        sets += (network(file),)
     if not sets:
         raise ValueError(f"features: expected {_choices()}, got {names!r}")
     return sets
