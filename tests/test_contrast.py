@@ -121,7 +121,7 @@ def test_rows_carry_the_contrast_of_the_superpixel_they_lie_in(rows_per: RowsPer
 def test_a_superpixel_without_pixels_is_no_harm() -> None:
     image, superpixels = noise_in_blocks(3)
     superpixels += 1
-    sets = make_sets("colours+contrast+surroundings+height+itti", "lab")
+    sets = make_sets("colours+contrast+surroundings+texture+height+itti", "lab")
     rows, _ = describe(Picture(image), superpixels, sets, rows_per="superpixel")
     assert len(rows) == superpixels.max() + 1
     shifted, _ = describe(Picture(image), superpixels - 1, sets, rows_per="superpixel")

@@ -46,10 +46,10 @@ def test_a_set_has_the_columns_that_it_says(name: str) -> None:
 def test_sets_are_joined_in_the_order_of_their_names() -> None:
     describer = Describer(features="height+surroundings", rows_per="superpixel", contrast=True)
     rows, row_of_pixel = describer(photograph())
-    assert describer.n_features == rows.shape[1] == 1 + 62 + 15
-    for one, columns in zip(describer.sets, ((0, 1), (1, 63), (63, 78)), strict=True):
+    assert describer.n_features == rows.shape[1] == 1 + 58 + 15
+    for one, columns in zip(describer.sets, ((0, 1), (1, 59), (59, 74)), strict=True):
         np.testing.assert_array_equal(rows[:, slice(*columns)], one(photograph(), row_of_pixel))
-    assert count_features("height+surroundings", "rgb", contrast=True) == 78
+    assert count_features("height+surroundings", "rgb", contrast=True) == 74
 
 
 @pytest.mark.parametrize("features", ["", "colour", "colours+", "colours++height", "+height"])
@@ -155,7 +155,7 @@ def test_a_model_says_its_sets_and_comes_back(tmp_path: Path) -> None:
     learner.save(tmp_path / "model.npz")
     header, _ = read_archive(tmp_path / "model.npz", KIND)
     sizes = {one["name"]: len(one["columns"]) for one in header["features"]["sets"]}
-    assert sizes == {"surroundings": 62, "height": 1, "contrast": 15}
+    assert sizes == {"surroundings": 58, "height": 1, "contrast": 15}
     loaded = SaliencyLearner.load(tmp_path / "model.npz")
     assert (loaded.features, loaded.superpixels) == ("surroundings+height", "cells")
     assert (loaded.contrast, loaded.n_superpixels, loaded.edge_stride) == (True, 900, 3)

@@ -129,7 +129,7 @@ def test_mirrored_image_swaps_left_and_right() -> None:
 def test_numbering_of_superpixels_does_not_matter(seed: int) -> None:
     rgb, superpixels = noise_in_blocks(seed)
     order = np.random.default_rng(seed).permutation(superpixels.max() + 1).astype(np.int32)
-    sets = make_sets("colours+contrast+surroundings+height", "rgb")
+    sets = make_sets("colours+contrast+surroundings+texture+height", "rgb")
     rows, row_of_pixel = describe(Picture(rgb), superpixels, sets, rows_per="superpixel")
     other_rows, other_row_of_pixel = describe(
         Picture(rgb), order[superpixels], sets, rows_per="superpixel"

@@ -1,4 +1,4 @@
-"""The set `surroundings` and the height, against slow, plain references."""
+"""The sets `surroundings`, `texture` and `height` against slow, plain references."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from curiosight.learner.features.surroundings import (
     describe_surroundings,
     integrate,
 )
+from curiosight.learner.features.texture import describe_texture
 from pictures import noise_in_blocks
 
 Image = npt.NDArray[np.uint8]
@@ -41,7 +42,7 @@ def gradients(image: np.ndarray) -> list[np.ndarray]:
 
 
 def numbers_of(image: Image, inside: np.ndarray) -> np.ndarray:
-    """Return the 62 numbers of the superpixel that covers `inside`, before they are rounded."""
+    """Return the 58 numbers of the superpixel that covers `inside`, before they are rounded."""
     mean, deviation = image[inside].mean(axis=0), image[inside].std(axis=0)
     v, u = np.floor(np.argwhere(inside).mean(axis=0) + 0.5).astype(int)
     numbers = [*mean, *2 * deviation]
@@ -49,10 +50,6 @@ def numbers_of(image: Image, inside: np.ndarray) -> np.ndarray:
         numbers += [*box(image, u + du, v + dv, 4).mean(axis=(0, 1))]
     for reach in (5, 10, 21, 42):
         numbers += [*(mean - box(image, u, v, reach).mean(axis=(0, 1)) + 128)]
-    across, down, falling, rising = (box(one, u, v, 4).mean() for one in gradients(image))
-    numbers += [2 * box(image, u, v, 4)[..., 0].std(), 16 * np.sqrt(across + down)]
-    numbers += [128 + 127 * (across - down) / (across + down + 1)]
-    numbers += [128 + 127 * (falling - rising) / (falling + rising + 1)]
     for ring in RINGS:
         boxes = [box(image, u + ring * x, v + ring * y, ring // 2)[..., 0] for x, y in AROUND]
         darker = [one.mean() < mean[0] - 2 for one in boxes]
@@ -67,10 +64,28 @@ def test_rows_equal_the_plain_ones(seed: int, height: int) -> None:
     image, superpixels = noise_in_blocks(seed, height=height)
     image[height // 3 :] //= 5
     rows = describe_surroundings(image, superpixels)
-    assert rows.shape == (superpixels.max() + 1, 62)
+    assert rows.shape == (superpixels.max() + 1, 58)
     for superpixel in range(0, len(rows), 5):
         expected = np.clip(numbers_of(image, superpixels == superpixel), 0, 255)
         assert np.abs(rows[superpixel] - expected).max() < 0.502
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6), st.integers(24, 60))
+def test_texture_equals_the_plain_one(seed: int, height: int) -> None:
+    image, superpixels = noise_in_blocks(seed, height=height)
+    image[height // 3 :] //= 5
+    rows = describe_texture(image, superpixels)
+    for superpixel in range(0, len(rows), 5):
+        v, u = np.floor(np.argwhere(superpixels == superpixel).mean(axis=0) + 0.5).astype(int)
+        across, down, falling, rising = (box(one, u, v, 4).mean() for one in gradients(image))
+        expected = [
+            2 * box(image, u, v, 4)[..., 0].std(),
+            16 * np.sqrt(across + down),
+            128 + 127 * (across - down) / (across + down + 1),
+            128 + 127 * (falling - rising) / (falling + rising + 1),
+        ]
+        assert np.abs(rows[superpixel] - np.clip(expected, 0, 255)).max() < 0.502
 
 
 def test_columns_have_names_in_the_order_of_the_rows() -> None:
@@ -88,25 +103,26 @@ def test_columns_have_names_in_the_order_of_the_rows() -> None:
 
 
 def test_direction_of_stripes_is_told_whatever_their_place() -> None:
-    (surroundings,) = make_sets("surroundings", "rgb")
-    column = surroundings.columns.index("gradient across")
+    (texture,) = make_sets("texture", "rgb")
+    column = texture.columns.index("gradient across")
     stripes = np.zeros((60, 80, 3), np.uint8)
     stripes[:, ::4] = stripes[:, 1::4] = 200
     superpixels = np.repeat(np.arange(8, dtype=np.int32), 10)[None, :].repeat(60, axis=0)
-    assert (surroundings(stripes, superpixels)[:, column] > 250).all()
+    assert (texture(stripes, superpixels)[:, column] > 250).all()
     turned = np.ascontiguousarray(stripes[:, :60].transpose(1, 0, 2))
-    assert (surroundings(turned, superpixels[:, :60].copy())[:, column] < 5).all()
+    assert (texture(turned, superpixels[:, :60].copy())[:, column] < 5).all()
 
 
 def test_sums_that_run_over_do_no_harm() -> None:
     """White all over: 300 x 2000 pixels of 255² are more than 32 bits hold."""
     image = np.full((2000, 300, 3), 255, np.uint8)
-    assert (np.diff(integrate(image)[:, -1, 3].astype(np.int64)) < 0).any()
+    squares = np.full((2000, 300, 1), 255**2, np.int32)
+    assert (np.diff(integrate(squares)[:, -1, 0].astype(np.int64)) < 0).any()
     superpixels = np.zeros((2000, 300), np.int32)
     superpixels[1900:1910, 290:] = 1
     row = describe_surroundings(image, superpixels)[1]
     assert row[:6].tolist() == [255, 255, 255, 0, 0, 0]
-    assert row[54:58].tolist() == [0, 0, 128, 128]
+    assert describe_texture(image, superpixels)[1].tolist() == [0, 0, 128, 128]
     assert (row[6:42] == 255).all()
     assert (row[42:54] == 128).all()
 

@@ -59,7 +59,8 @@ class LearnerConfig:
     """What an image is described by, and how much of a frame is learned (sec. II-A.1, 3).
 
     contrast: 15 features more, of how superpixels differ from their surroundings.
-    features: names of sets, joined by +: colours, contrast, surroundings, height, itti, onnx:FILE.
+    features: names of sets, joined by +: colours, contrast, surroundings, texture, height, itti,
+        onnx:FILE.
     superpixels: seeds as in the paper, or cells, which take a tenth of the time.
     blind_share: of the pixels, taken from where depth says nothing, as not salient.
     follow_edges: maps follow the image's edges.
@@ -169,7 +170,7 @@ class Config:
 
         `paper` is the paper's method to the letter. `default` has a teacher that knows tables
         and floors, and learns from what several views agree on; it describes superpixels instead
-        of pixels, in Lab, by their surroundings and texture, and grows deeper, more varied trees
+        of pixels, in Lab, by their surroundings and height, and grows deeper, more varied trees
         that answer in shares: measured to be faster and better (`benchmarks/`).
         """
         if preset == "paper":

@@ -8,11 +8,13 @@ from curiosight.learner.features.contrast import LEVELS, describe_contrast
 from curiosight.learner.features.feature_set import FeatureSet
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 from curiosight.learner.features.surroundings import CHANNELS, height_in_image, surroundings
+from curiosight.learner.features.texture import texture
 
-COLOURS, CONTRAST, SURROUNDINGS, HEIGHT, ITTI = SET_NAMES = (
+COLOURS, CONTRAST, SURROUNDINGS, TEXTURE, HEIGHT, ITTI = SET_NAMES = (
     "colours",
     "contrast",
     "surroundings",
+    "texture",
     "height",
     "itti",
 )
@@ -55,6 +57,8 @@ def _make(name: str, colour_space: ColourSpace) -> FeatureSet:
         return FeatureSet(name, _columns(kinds, colour_space), describe_contrast, colour_space)
     if name == SURROUNDINGS:
         return surroundings(colour_space)
+    if name == TEXTURE:
+        return texture(colour_space)
     if name == HEIGHT:
         return height_in_image()
     if name == ITTI:

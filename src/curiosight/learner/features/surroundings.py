@@ -1,8 +1,7 @@
-"""62 features of a superpixel, its surroundings and its texture, in two passes over the image.
+"""58 features of a superpixel and its surroundings, in two passes over the image.
 
 What the 39 colours and 15 contrasts say of superpixels is said here of boxes around their
-centroids, whose sums an integral image gives at once; and so is what they leave out: texture, and
-which surroundings are darker.
+centroids, whose sums an integral image gives at once; and so is which surroundings are darker.
 """
 
 from __future__ import annotations
@@ -21,50 +20,43 @@ from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 Array = npt.NDArray[Any]
 
 CHANNELS = {"rgb": ("red", "green", "blue"), "lab": ("L", "a", "b")}
-# Boxes of 2 · reach + 1 pixels a side: the colour of a place, that of surroundings, and texture.
-PLACE_REACH, SCALE_REACHES, TEXTURE_REACH = 4, (5, 10, 21, 42), 4
+# Boxes of 2 · reach + 1 pixels a side: the colour of a place, and that of surroundings.
+PLACE_REACH, SCALE_REACHES = 4, (5, 10, 21, 42)
 # Pixels from the centroid to the eight boxes of a pattern, whose reach is half of it.
 RINGS = (7, 18)
 # Directions of a ring in turn: right, down and right, down, …
 RING_PLACES = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 # Levels by which a box of a pattern must be darker: less is noise.
 DARKER = 2
-# Of the integral image: three channels, the first one squared, and its changes in four directions.
-N_INTEGRALS = 8
-SQUARE, ACROSS, DOWN, FALLING, RISING = 3, 4, 5, 6, 7
 
 
 def surroundings(colour_space: ColourSpace) -> FeatureSet:
-    """Return the set; texture and patterns are of the first channel, lightness in Lab."""
+    """Return the set; patterns are of the first channel, lightness in Lab."""
     channels = CHANNELS[colour_space]
     names = [f"{channel} here" for channel in channels]
     names += [f"{channel} deviation" for channel in channels]
     names += [f"{channel} at {u:+d} {v:+d}" for u, v in PLACES[1:].tolist() for channel in channels]
     names += [f"{channel} contrast {reach}" for reach in SCALE_REACHES for channel in channels]
-    names += ["deviation around", "gradient", "gradient across", "gradient falling"]
     names += [f"{what} at {ring}" for ring in RINGS for what in ("darker", "turns")]
     return FeatureSet("surroundings", tuple(names), describe_surroundings, colour_space)
 
 
 def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
-    """Return (n, 62) uint8 rows.
+    """Return (n, 58) uint8 rows.
 
     Of the superpixel: mean and twice the standard deviation of the three channels. Of boxes of
     9x9 pixels at the twelve places of the paper: the mean colour. Of boxes of 11, 21, 43 and 85
     pixels a side around its centroid: its own mean colour minus theirs, plus 128.
 
-    Of the 9x9 pixels around its centroid, in the first channel: twice the standard deviation;
-    16 times the root of the mean gradient, across plus down; how much of it is across rather
-    than down, and along which diagonal, where 128 is both alike. Of eight boxes on each of two
-    rings: 31 times how many are darker than the superpixel, and 31 times how often this changes
-    around the ring.
+    Of eight boxes on each of two rings, in the first channel: 31 times how many are darker than
+    the superpixel, and 31 times how often this changes around the ring.
 
     A box that leaves the image is cut by its border, and a place beyond it lies on it.
     """
     n_superpixels = int(superpixels.max()) + 1
     sums = sum_superpixels(image, superpixels, n_superpixels)
     integrals = integrate(image)
-    n_columns = 6 + 3 * (len(PLACES) - 1) + 3 * len(SCALE_REACHES) + 4 + 2 * len(RINGS)
+    n_columns = 6 + 3 * (len(PLACES) - 1) + 3 * len(SCALE_REACHES) + 2 * len(RINGS)
     rows = np.zeros((n_superpixels, n_columns), np.uint8)
     _fill_rows(rows, sums, integrals)
     return rows
@@ -92,7 +84,7 @@ def _mean_lines(superpixels: Array, n_superpixels: int) -> Array:
     rows = np.zeros((n_superpixels, 1), np.uint8)
     for s in range(n_superpixels):
         if counts[s] > 0:
-            rows[s, 0] = _byte(255 * sums[s] / (counts[s] * max(height - 1, 1)))
+            rows[s, 0] = byte(255 * sums[s] / (counts[s] * max(height - 1, 1)))
     return rows
 
 
@@ -116,27 +108,18 @@ def sum_superpixels(image: Array, superpixels: Array, n_superpixels: int) -> Arr
 
 @njit(cache=True, nogil=True)
 def integrate(image: Array) -> Array:
-    """Return (h + 1, w + 1, 8) int32 sums over all pixels above and to the left.
+    """Return (h + 1, w + 1, k) int32 sums of the k channels of all pixels above and to the left.
 
-    They may run over, but differences of them are right for boxes of up to 30 000 pixels.
+    They may run over, but differences of them are right for boxes whose own sums do not.
     """
-    height, width = image.shape[:2]
-    integrals = np.zeros((height + 1, width + 1, N_INTEGRALS), np.int32)
-    line = np.zeros(N_INTEGRALS, np.int32)
+    height, width, n_channels = image.shape
+    integrals = np.zeros((height + 1, width + 1, n_channels), np.int32)
+    line = np.zeros(n_channels, np.int32)
     for v in range(height):
-        upper, lower = max(v - 1, 0), min(v + 1, height - 1)
         line[:] = 0
         for u in range(width):
-            left, right = max(u - 1, 0), min(u + 1, width - 1)
-            value = np.int32(image[v, u, 0])
-            for c in range(3):
+            for c in range(n_channels):
                 line[c] += image[v, u, c]
-            line[SQUARE] += value * value
-            line[ACROSS] += abs(np.int32(image[v, right, 0]) - np.int32(image[v, left, 0]))
-            line[DOWN] += abs(np.int32(image[lower, u, 0]) - np.int32(image[upper, u, 0]))
-            line[FALLING] += abs(np.int32(image[lower, right, 0]) - np.int32(image[upper, left, 0]))
-            line[RISING] += abs(np.int32(image[lower, left, 0]) - np.int32(image[upper, right, 0]))
-            for c in range(N_INTEGRALS):
                 integrals[v + 1, u + 1, c] = integrals[v, u + 1, c] + line[c]
     return integrals
 
@@ -154,22 +137,21 @@ def _fill_rows(rows: Array, sums: Array, integrals: Array) -> None:
         for c in range(3):
             total = sums[s, 3 + c]
             means[c] = total / n
-            row[c] = _byte(means[c])
-            row[3 + c] = _byte(2 * np.sqrt(n * sums[s, 6 + c] - total * total) / n)
+            row[c] = byte(means[c])
+            row[3 + c] = byte(2 * np.sqrt(n * sums[s, 6 + c] - total * total) / n)
         at = _write_places(row, 6, integrals, u, v)
         at = _write_contrasts(row, at, integrals, u, v, means)
-        at = _write_texture(row, at, integrals, u, v)
         _write_patterns(row, at, integrals, u, v, means[0])
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _byte(value: float) -> np.uint8:
+def byte(value: float) -> np.uint8:
     """Return the nearest whole number, halves rounded up, cut to 0 to 255."""
     return np.uint8(min(max(value + 0.5, 0.0), 255.0))
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _box(integrals: Array, u: int, v: int, reach: int) -> tuple[int, int, int, int, float]:
+def box_at(integrals: Array, u: int, v: int, reach: int) -> tuple[int, int, int, int, float]:
     """Return first and last + 1 column and line of a box in the image, and 1 / its pixels."""
     height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
     left, right = max(u - reach, 0), min(u + reach + 1, width)
@@ -178,7 +160,7 @@ def _box(integrals: Array, u: int, v: int, reach: int) -> tuple[int, int, int, i
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _mean(integrals: Array, box: tuple[int, int, int, int, float], channel: int) -> float:
+def box_mean(integrals: Array, box: tuple[int, int, int, int, float], channel: int) -> float:
     """Return the mean of one channel in a box."""
     left, right, upper, lower, share = box
     return share * np.int32(
@@ -201,9 +183,9 @@ def _write_places(row: Array, at: int, integrals: Array, u: int, v: int) -> int:
     """Write the mean colours of twelve places around; return the next column."""
     for k in range(1, len(PLACES)):
         x, y = _inside(integrals, u + PLACES[k, 0], v + PLACES[k, 1])
-        box = _box(integrals, x, y, PLACE_REACH)
+        box = box_at(integrals, x, y, PLACE_REACH)
         for c in range(3):
-            row[at + c] = _byte(_mean(integrals, box, c))
+            row[at + c] = byte(box_mean(integrals, box, c))
         at += 3
     return at
 
@@ -212,27 +194,11 @@ def _write_places(row: Array, at: int, integrals: Array, u: int, v: int) -> int:
 def _write_contrasts(row: Array, at: int, integrals: Array, u: int, v: int, means: Array) -> int:
     """Write the mean colour minus that of surroundings, plus 128; return the next column."""
     for reach in SCALE_REACHES:
-        box = _box(integrals, u, v, reach)
+        box = box_at(integrals, u, v, reach)
         for c in range(3):
-            row[at + c] = _byte(means[c] - _mean(integrals, box, c) + 128)
+            row[at + c] = byte(means[c] - box_mean(integrals, box, c) + 128)
         at += 3
     return at
-
-
-@njit(cache=True, nogil=True)
-def _write_texture(row: Array, at: int, integrals: Array, u: int, v: int) -> int:
-    """Write deviation, gradient and its two directions; return the next column."""
-    box = _box(integrals, u, v, TEXTURE_REACH)
-    mean = _mean(integrals, box, 0)
-    variance = max(_mean(integrals, box, SQUARE) - mean * mean, 0.0)
-    across, down = _mean(integrals, box, ACROSS), _mean(integrals, box, DOWN)
-    falling, rising = _mean(integrals, box, FALLING), _mean(integrals, box, RISING)
-    row[at] = _byte(2 * np.sqrt(variance))
-    row[at + 1] = _byte(16 * np.sqrt(across + down))
-    # One level more than there is, so that noise on an even surface has no direction.
-    row[at + 2] = _byte(128 + 127 * (across - down) / (across + down + 1))
-    row[at + 3] = _byte(128 + 127 * (falling - rising) / (falling + rising + 1))
-    return at + 4
 
 
 @njit(cache=True, nogil=True)
@@ -243,7 +209,7 @@ def _write_patterns(row: Array, at: int, integrals: Array, u: int, v: int, mean:
         for k in range(8):
             x, y = u + ring * RING_PLACES[k][0], v + ring * RING_PLACES[k][1]
             x, y = _inside(integrals, x, y)
-            is_darker = _mean(integrals, _box(integrals, x, y, ring // 2), 0) < mean - DARKER
+            is_darker = box_mean(integrals, box_at(integrals, x, y, ring // 2), 0) < mean - DARKER
             n_darker += is_darker
             if k == 0:
                 first = is_darker
