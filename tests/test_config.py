@@ -65,9 +65,12 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
     assert {key: value for key, value in default.items() if value != paper[key]} == {
         "learner.rows_per": "superpixel",
         "learner.colour_space": "lab",
-        "learner.contrast": True,
+        "learner.features": "surroundings+height",
+        "learner.superpixels": "cells",
+        "learner.n_superpixels": 1500,
         "learner.blind_share": 0.02,
         "learner.follow_edges": True,
+        "learner.edge_stride": 2,
         "segmentation.follow_sensor": True,
         "teacher.pipeline": "default",
         "teacher.temporal": True,
@@ -95,7 +98,8 @@ def test_library_defaults_are_the_papers(preset: str) -> None:
     is_same = made.forest.settings() == plain.forest.settings()
     assert is_same == (preset == "paper")
     assert (made.rows_per == plain.rows_per) == (preset == "paper")
-    assert (made.contrast == plain.contrast) == (preset == "paper")
+    assert (made.features == plain.features) == (preset == "paper")
+    assert (made.superpixels == plain.superpixels) == (preset == "paper")
     assert made.n_pixels == plain.n_pixels
 
 
@@ -225,6 +229,9 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         "rows_per": "superpixel",
         "colour_space": "lab",
         "contrast": True,
+        "features": "surroundings",
+        "superpixels": "cells",
+        "edge_stride": 3,
         "n_superpixels": 333,
         "n_pixels": 77,
         "blind_share": 0.1,
@@ -242,9 +249,10 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
 
     def state(config: Config) -> tuple[object, ...]:
         learner = make_learner(config, None, np.random.default_rng(0))
-        features = learner._feature_definition()
-        options = (learner.n_pixels, learner.blind_share, learner.follow_edges, learner.threshold)
-        return options, features, learner.forest.settings()
+        features = learner.describer.definition()
+        edges = learner.follow_edges, learner.edge_stride
+        options = (learner.n_pixels, learner.blind_share, learner.threshold)
+        return options, edges, features, learner.forest.settings()
 
     config = Config()
     for entry in fields(getattr(config, section)):

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 
 from curiosight.learner.features import (
     N_CONTRAST,
+    Picture,
     RowsPer,
     SeedsSegmenter,
     count_features,
     describe,
     describe_contrast,
+    make_sets,
 )
 from pictures import noise_in_blocks
 from scenes import photograph
@@ -104,11 +106,12 @@ def test_contrast_beyond_eight_bits_is_cut() -> None:
 def test_rows_carry_the_contrast_of_the_superpixel_they_lie_in(rows_per: RowsPer) -> None:
     image = photograph()
     superpixels = SeedsSegmenter()(image)
-    plain, row_of_pixel = describe(image, superpixels, rows_per=rows_per, contrast=False)
-    rows, same_row_of_pixel = describe(image, superpixels, rows_per=rows_per, contrast=True)
+    colours, both = make_sets("colours", "rgb"), make_sets("colours+contrast", "rgb")
+    plain, row_of_pixel = describe(Picture(image), superpixels, colours, rows_per=rows_per)
+    rows, same_row_of_pixel = describe(Picture(image), superpixels, both, rows_per=rows_per)
     np.testing.assert_array_equal(row_of_pixel, same_row_of_pixel)
-    assert plain.shape[1] == count_features(contrast=False) == 39
-    assert rows.shape[1] == count_features(contrast=True) == 54
+    assert plain.shape[1] == count_features("colours", "rgb") == 39
+    assert rows.shape[1] == count_features("colours", "rgb", contrast=True) == 54
     assert rows.dtype == np.uint8
     np.testing.assert_array_equal(rows[:, :39], plain)
     of_superpixels = describe_contrast(image, superpixels)
@@ -118,7 +121,8 @@ def test_rows_carry_the_contrast_of_the_superpixel_they_lie_in(rows_per: RowsPer
 def test_a_superpixel_without_pixels_is_no_harm() -> None:
     image, superpixels = noise_in_blocks(3)
     superpixels += 1
-    rows, _ = describe(image, superpixels, rows_per="superpixel", contrast=True)
+    sets = make_sets("colours+contrast+surroundings+texture+height+itti", "lab")
+    rows, _ = describe(Picture(image), superpixels, sets, rows_per="superpixel")
     assert len(rows) == superpixels.max() + 1
-    shifted, _ = describe(image, superpixels - 1, rows_per="superpixel", contrast=True)
+    shifted, _ = describe(Picture(image), superpixels - 1, sets, rows_per="superpixel")
     np.testing.assert_array_equal(rows[1:], shifted)

@@ -163,10 +163,13 @@ def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
         "superpixel",
         "lab",
         contrast=True,
+        features="surroundings",
+        superpixels="cells",
         n_superpixels=500,
         n_pixels=600,
         blind_share=0.1,
         follow_edges=True,
+        edge_stride=3,
         threshold=0.4,
     )
     forest_settings = ForestConfig(20, 3, 0.6, 9000, 8, 9, 7, "soft")

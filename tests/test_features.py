@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from curiosight.learner.features import (
     N_FEATURES,
+    Picture,
     SeedsSegmenter,
     describe,
     describe_pixels,
     describe_superpixels,
+    make_sets,
 )
 from curiosight.learner.features.colour import superpixel_means
 from pictures import noise_in_blocks
@@ -127,9 +129,10 @@ def test_mirrored_image_swaps_left_and_right() -> None:
 def test_numbering_of_superpixels_does_not_matter(seed: int) -> None:
     rgb, superpixels = noise_in_blocks(seed)
     order = np.random.default_rng(seed).permutation(superpixels.max() + 1).astype(np.int32)
-    rows, row_of_pixel = describe(rgb, superpixels, rows_per="superpixel", contrast=True)
+    sets = make_sets("colours+contrast+surroundings+texture+height", "rgb")
+    rows, row_of_pixel = describe(Picture(rgb), superpixels, sets, rows_per="superpixel")
     other_rows, other_row_of_pixel = describe(
-        rgb, order[superpixels], rows_per="superpixel", contrast=True
+        Picture(rgb), order[superpixels], sets, rows_per="superpixel"
     )
     np.testing.assert_array_equal(other_rows[other_row_of_pixel], rows[row_of_pixel])
 

@@ -154,10 +154,12 @@ def make_learner(
         on (`TemporalTeacher`).
     rng: None = one made from the seed.
     """
-    settings = config.forest
+    settings, described = config.forest, config.learner
     rng = np.random.default_rng(config.run.seed) if rng is None else rng
     forest = Forest(
-        n_features=count_features(contrast=config.learner.contrast),
+        n_features=count_features(
+            described.features, described.colour_space, contrast=described.contrast
+        ),
         n_trees=settings.n_trees,
         n_regrown=settings.n_regrown,
         share=settings.share,
@@ -174,16 +176,19 @@ def make_learner(
     return SaliencyLearner(
         _heard(config, teacher),
         forest,
-        rows_per=config.learner.rows_per,
-        colour_space=config.learner.colour_space,
-        contrast=config.learner.contrast,
-        n_pixels=config.learner.n_pixels,
-        blind_share=config.learner.blind_share,
-        follow_edges=config.learner.follow_edges,
-        n_superpixels=config.learner.n_superpixels,
-        threshold=config.learner.threshold,
-        places=Places(config.learner.max_places) if config.learner.max_places else None,
-        is_calibrated=config.learner.is_calibrated,
+        features=described.features,
+        rows_per=described.rows_per,
+        colour_space=described.colour_space,
+        contrast=described.contrast,
+        superpixels=described.superpixels,
+        n_superpixels=described.n_superpixels,
+        n_pixels=described.n_pixels,
+        blind_share=described.blind_share,
+        follow_edges=described.follow_edges,
+        edge_stride=described.edge_stride,
+        threshold=described.threshold,
+        places=Places(described.max_places) if described.max_places else None,
+        is_calibrated=described.is_calibrated,
         seed=rng,
     )
 
@@ -208,13 +213,16 @@ def load_learner(
     return learner, with_model(
         config,
         LearnerConfig(
+            features=learner.features,
             rows_per=learner.rows_per,
             colour_space=learner.colour_space,
             contrast=learner.contrast,
+            superpixels=learner.superpixels,
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
             blind_share=learner.blind_share,
             follow_edges=learner.follow_edges,
+            edge_stride=learner.edge_stride,
             threshold=learner.threshold,
             max_places=0 if learner.experts.places is None else learner.experts.places.max_places,
             is_calibrated=learner.calibration is not None,

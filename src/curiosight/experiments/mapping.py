@@ -13,6 +13,9 @@ from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
 from curiosight.learner.learner import Saliency
 
+# Of decoded frames: the few that are decoded ahead.
+FRAMES_MB = 16
+
 
 class Mapping:
     """Map every frame of a recording, frame by frame.
@@ -30,7 +33,8 @@ class Mapping:
     ) -> None:
         self.problems = Problems()
         self.n_seen = self.n_mapped = 0
-        self._memory_mb = config.run.memory_mb
+        # Each frame is looked at once: what was is not kept.
+        self._memory_mb = min(config.run.memory_mb, FRAMES_MB)
         self._saliency_of = saliency_of
         self._dataset = dataset
         self._out = out

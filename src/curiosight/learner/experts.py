@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.learner.forest import Forest, Rows
+from curiosight.learner.features import Rows
+from curiosight.learner.forest import Forest
 from curiosight.learner.places import Places
 from curiosight.learner.sight import Sight
 

@@ -234,9 +234,7 @@ class Forest:
                 add_votes(tree.nodes, tree.values, tree.depth, rows, is_hard, votes_of_tree)
         return votes.T
 
-    def out_of_tree(
-        self, chosen: npt.NDArray[np.int64] | None = None
-    ) -> npt.NDArray[np.float32]:
+    def out_of_tree(self, chosen: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float32]:
         """Return the (n,) mean votes that samples get from the trees that did not draw their row.
 
         Against their labels this is an honest estimate of the error on rows like them. NaN where
@@ -391,9 +389,7 @@ class Forest:
         share = min(self.share, max_rows / max(1, len(columns)))
         return DistinctRows(columns, counts, round(share * ALL_KEYS))
 
-    def _choose(
-        self, trees: tuple[Tree, ...], rows: DistinctRows | None
-    ) -> npt.NDArray[np.int64]:
+    def _choose(self, trees: tuple[Tree, ...], rows: DistinctRows | None) -> npt.NDArray[np.int64]:
         """Return the trees that an update grows anew, see `max_rows`."""
         if rows is None or self.max_rows is None:
             return self._rng.choice(self.n_trees, self.n_regrown, replace=False)

@@ -124,8 +124,15 @@ def grow_tree(
                 thin_total = thin_out(here, counts_here, thin_order, thin_counts, state)
                 if has_both(thin_total):
                     score, feature, threshold = find_split_in_points(
-                        points, thin_order, thin_counts, thin_total,
-                        weights, features, n_tried, bins, state,
+                        points,
+                        thin_order,
+                        thin_counts,
+                        thin_total,
+                        weights,
+                        features,
+                        n_tried,
+                        bins,
+                        state,
                     )
             if score < 0 and here.size < n_with_histograms:
                 score, feature, threshold = find_split_in_points(

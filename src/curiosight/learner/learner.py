@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, Self
@@ -15,17 +15,19 @@ from curiosight.errors import DataError
 from curiosight.frame import Frame, Label, Pose, Rgb
 from curiosight.learner.archive import find_model, read_archive, write_archive
 from curiosight.learner.calibration import Calibration
+from curiosight.learner.edges import follow_edges
 from curiosight.learner.experts import Change, Experts, Lesson
 from curiosight.learner.features import (
     ColourSpace,
+    Describer,
+    Features,
+    FeatureSet,
     RowOfPixel,
     Rows,
     RowsPer,
-    SeedsSegmenter,
-    count_features,
-    describe,
+    SuperpixelKind,
+    missing_sets,
     shrink,
-    to_colour_space,
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.looks import Look, look_of
@@ -37,8 +39,6 @@ from curiosight.teacher import Segmentation
 Saliency = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint8]
 KIND = "saliency model"
-# Of the guided filter: pixels of the shrunken image, and grey levels that count as an edge.
-EDGE_RADIUS, EDGE_CONTRAST = 8, 8.0
 
 
 class Teaches(Protocol):
@@ -53,7 +53,7 @@ class Teaches(Protocol):
 class Description:
     """An image as rows of features.
 
-    rows: (n, 39) uint8, or (n, 54) with contrast.
+    rows: (n, F) uint8, a column a feature.
     row_of_pixel: (h, w) int32, the row of each pixel of the shrunken image.
     look: of the image as a whole, see `look_of`; None where places are not told apart.
     """
@@ -99,17 +99,22 @@ class SaliencyLearner:
     """Learn on-line how objects look, taught by depth; then find them in RGB alone.
 
     teacher: labels frames; None = this model only predicts.
+    features: the sets of features, by their names joined with `+` (see `make_sets`), or sets of
+        one's own (see `FeatureSet`). The paper's are `colours`.
     rows_per: "pixel" describes every pixel exactly, as the paper does; "superpixel" gives all
-        pixels of a superpixel one row, an approximation that is 10 to 50 times cheaper.
+        pixels of a superpixel one row, an approximation that is 10 to 50 times cheaper. Sets
+        other than `colours` describe superpixels either way.
     colour_space: of the features. The paper's is RGB; in Lab a split on one channel separates
         hues in any light, and the same forest learns more.
-    contrast: describe superpixels also by how they differ from their surroundings. The paper
-        does not.
+    contrast: describe superpixels also by how they differ from their surroundings: the set
+        `contrast`. The paper does not.
+    superpixels: "seeds" as in the paper, or "cells", which take a tenth of the time.
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
     blind_share: of these, drawn where depth has no reading in range, and taken for not salient:
         windows and screens, which depth never shows, are learned so. The paper uses none.
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
+    edge_stride: find the filter's weights for blocks of so many pixels: sooner, a little coarser.
     threshold: a pixel that scores above it is predicted salient, for the error.
     places: which place a view is of; each has a forest of its own, see `Experts`. None = one
         forest for everywhere, as in the paper.
@@ -127,47 +132,56 @@ class SaliencyLearner:
         teacher: Teaches | None = None,
         forest: Forest | None = None,
         *,
+        features: Features = "colours",
         rows_per: RowsPer = "pixel",
         colour_space: ColourSpace = "rgb",
         contrast: bool = False,
+        superpixels: SuperpixelKind = "seeds",
+        n_superpixels: int = 600,
         n_pixels: int = 700,
         blind_share: float = 0.0,
         follow_edges: bool = False,
-        n_superpixels: int = 600,
+        edge_stride: int = 1,
         threshold: float = 0.5,
         places: Places | None = None,
         is_calibrated: bool = False,
         seed: int | np.random.Generator = 0,
     ) -> None:
-        if rows_per not in ("pixel", "superpixel"):
-            raise ValueError(f"rows_per: expected 'pixel' or 'superpixel', got {rows_per!r}")
-        if colour_space not in ("rgb", "lab"):
-            raise ValueError(f"colour_space: expected 'rgb' or 'lab', got {colour_space!r}")
+        self.describer = Describer(
+            features=features,
+            rows_per=rows_per,
+            colour_space=colour_space,
+            contrast=contrast,
+            superpixels=superpixels,
+            n_superpixels=n_superpixels,
+        )
         if n_pixels < 1:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
         if not 0 <= blind_share < 1:
             raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
-        if n_superpixels < 1:
-            raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
+        if edge_stride < 1:
+            raise ValueError(f"edge_stride: expected 1 or more, got {edge_stride}")
         if not 0 <= threshold < 1:
             raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
-        n_features = count_features(contrast=contrast)
+        n_features = self.describer.n_features
         if forest is not None and forest.n_features != n_features:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
+        self.features = self.describer.features
         self.experts = Experts(forest or Forest(n_features=n_features, seed=self.rng), places)
         self.calibration = Calibration() if is_calibrated else None
         self.rows_per = rows_per
         self.colour_space = colour_space
         self.contrast = contrast
+        self.superpixels = superpixels
+        self.n_superpixels = n_superpixels
         self.n_pixels = n_pixels
         self.blind_share = blind_share
         self.follow_edges = follow_edges
-        self.n_superpixels = n_superpixels
+        self.edge_stride = edge_stride
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
-        self._cut = SeedsSegmenter(n_superpixels=n_superpixels)
 
     @property
     def forest(self) -> Forest:
@@ -206,7 +220,7 @@ class SaliencyLearner:
         description = self.describe(rgb)
         small = self.predict(description, T_world_camera)[description.row_of_pixel]
         if self.follow_edges:
-            small = follow_edges(small, shrink(rgb))
+            small = follow_edges(small, shrink(rgb), self.edge_stride)
         height, width = rgb.shape[:2]
         enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
         return enlarged
@@ -216,11 +230,8 @@ class SaliencyLearner:
         if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
             raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
         small = shrink(rgb)
-        coloured = to_colour_space(small, self.colour_space)
-        rows, row_of_pixel = describe(
-            coloured, self._cut(small), rows_per=self.rows_per, contrast=self.contrast
-        )
-        return Description(rows, row_of_pixel, look_of(small) if self.experts.places else None)
+        look = look_of(small) if self.experts.places else None
+        return Description(*self.describer(small), look)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Return what the teacher says of a frame (sec. II-A.2)."""
@@ -309,16 +320,19 @@ class SaliencyLearner:
 
         is_packed: write a small file; without, a larger one, sooner.
         """
-        header = {
-            "features": self._feature_definition(),
+        header: dict[str, Any] = {
+            "features": self.describer.definition(),
             "n_pixels": self.n_pixels,
             "blind_share": self.blind_share,
             "follow_edges": self.follow_edges,
             "threshold": self.threshold,
-            "places": None if self.experts.places is None else self.experts.places.settings(),
             "forest": self.experts.settings(),
             "notes": self.notes,
         }
+        if self.edge_stride > 1:  # else the header is that of version 0.1
+            header["edge_stride"] = self.edge_stride
+        if self.experts.places is not None:
+            header["places"] = self.experts.places.settings()
         arrays = self._state_arrays()
         write_archive(Path(path), KIND, header, arrays, is_packed=is_packed)
 
@@ -328,12 +342,14 @@ class SaliencyLearner:
         path: Path | str,
         teacher: Teaches | None = None,
         *,
+        features: Iterable[FeatureSet] = (),
         seed: int | np.random.Generator = 0,
         n_threads: int = 1,
     ) -> Self:
         """Read a model that `save` wrote; raises `DataError` for anything else.
 
         path: the file, or the folder of a run that holds it.
+        features: sets of one's own that the model was made with; others are found by their names.
         """
         if n_threads < 1:
             raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
@@ -341,20 +357,27 @@ class SaliencyLearner:
         header, arrays = read_archive(path, KIND)
         rng = np.random.default_rng(seed)
         try:
-            features = header["features"]
+            said, own = header["features"], tuple(features)
+            if missing := missing_sets(said, own):
+                found = f"was made with other features: {', '.join(missing)}"
+                raise DataError(path, found, "give them: SaliencyLearner.load(path, features=[…])")
+            describer = Describer.of_definition(said, own)
             forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
             places = header.get("places")  # version 0.1 knew none
             learner = cls(
                 teacher,
                 forest,
-                rows_per=features["rows_per"],
-                colour_space=features["colour_space"],
-                contrast=features["contrast"],
+                features=describer.base_sets,
+                rows_per=describer.rows_per,
+                colour_space=describer.colour_space,
+                contrast=describer.contrast,
+                superpixels=describer.superpixels,
+                n_superpixels=describer.n_superpixels,
                 n_pixels=header["n_pixels"],
                 blind_share=header["blind_share"],
                 follow_edges=header["follow_edges"],
+                edge_stride=header.get("edge_stride", 1),
                 threshold=header["threshold"],
-                n_superpixels=features["n_superpixels"],
                 places=None if places is None else Places(**places),
                 is_calibrated="calibration" in arrays,
                 seed=rng,
@@ -363,7 +386,7 @@ class SaliencyLearner:
             learner.notes = dict(header["notes"])
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
-        if features != learner._feature_definition():
+        if said != learner.describer.definition():
             raise DataError(path, "was made with other features", "learn it anew")
         return learner
 
@@ -376,23 +399,6 @@ class SaliencyLearner:
         self.experts.restore(arrays)
         if self.calibration is not None:
             self.calibration.restore(arrays)
-
-    def _feature_definition(self) -> dict[str, Any]:
-        """Return what the model's features mean; a file that means another is not read."""
-        return {
-            "name": "39 mean colours",
-            "rows_per": self.rows_per,
-            "colour_space": self.colour_space,
-            "contrast": self.contrast,
-            "n_superpixels": self.n_superpixels,
-        }
-
-
-def follow_edges(saliency: Saliency, rgb: Rgb) -> Saliency:
-    """Smooth a map where its (h, w, 3) image is even, and keep it sharp where that has an edge."""
-    smooth = cv2.ximgproc.guidedFilter(rgb, saliency, EDGE_RADIUS, EDGE_CONTRAST**2)
-    clipped: Saliency = np.clip(smooth, 0, 1)
-    return clipped
 
 
 def sight_of(description: Description, T_world_camera: Pose | None) -> Sight | None:

@@ -1,37 +1,50 @@
-"""An image as rows of features: the paper's 39, and the 15 of contrast behind them."""
+"""An image as rows of features: sets side by side, a row a superpixel or a pixel."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from curiosight.frame import Rgb
-from curiosight.learner.features.colour import (
-    N_FEATURES,
-    RowOfPixel,
-    Rows,
-    RowsPer,
-    describe_pixels,
-    describe_superpixels,
-)
-from curiosight.learner.features.contrast import N_CONTRAST, describe_contrast
-from curiosight.learner.features.superpixels import Superpixels
+from curiosight.learner.features.colour import RowOfPixel, Rows, RowsPer, describe_pixels
+from curiosight.learner.features.feature_set import FeatureSet
+from curiosight.learner.features.sets import COLOURS
+from curiosight.learner.features.superpixels import ColourSpace, Superpixels, to_colour_space
 
 
-def count_features(*, contrast: bool) -> int:
-    """Return how many features a row has: 39, or 54 with contrast."""
-    return N_FEATURES + N_CONTRAST if contrast else N_FEATURES
+class Picture:
+    """An (h, w, 3) uint8 RGB image, brought to other colour spaces once each."""
+
+    def __init__(self, rgb: Rgb) -> None:
+        self._images: dict[str, Rgb] = {"rgb": rgb}
+
+    def of_space(self, colour_space: ColourSpace) -> Rgb:
+        """Return the image in a colour space."""
+        if colour_space not in self._images:
+            self._images[colour_space] = to_colour_space(self._images["rgb"], colour_space)
+        return self._images[colour_space]
 
 
 def describe(
-    image: Rgb, superpixels: Superpixels, *, rows_per: RowsPer, contrast: bool
+    picture: Picture, superpixels: Superpixels, sets: Sequence[FeatureSet], *, rows_per: RowsPer
 ) -> tuple[Rows, RowOfPixel]:
-    """Return the features of an (h, w, 3) image: (n, F) uint8 rows and each pixel's row."""
-    describe_colour = describe_pixels if rows_per == "pixel" else describe_superpixels
-    rows, row_of_pixel = describe_colour(image, superpixels)
-    if contrast:
-        of_superpixels = describe_contrast(image, superpixels)
-        rows = np.hstack([rows, of_superpixels[_superpixel_of_row(row_of_pixel, superpixels)]])
-    return rows, row_of_pixel
+    """Return the features of an image by some sets: (n, F) uint8 rows and each pixel's row.
+
+    rows_per: "pixel" describes every pixel exactly, where the first set is `colours`. By other
+        sets, all pixels of a superpixel have the same features either way.
+    """
+    if rows_per == "superpixel" or sets[0].name != COLOURS:
+        parts = [one(picture.of_space(one.colour_space), superpixels) for one in sets]
+        return _side_by_side(parts), superpixels
+    rows, row_of_pixel = describe_pixels(picture.of_space(sets[0].colour_space), superpixels)
+    superpixel_of_row = _superpixel_of_row(row_of_pixel, superpixels)
+    parts = [one(picture.of_space(one.colour_space), superpixels) for one in sets[1:]]
+    return _side_by_side([rows, *(part[superpixel_of_row] for part in parts)]), row_of_pixel
+
+
+def _side_by_side(parts: list[Rows]) -> Rows:
+    return parts[0] if len(parts) == 1 else np.hstack(parts)
 
 
 def _superpixel_of_row(row_of_pixel: RowOfPixel, superpixels: Superpixels) -> RowOfPixel:

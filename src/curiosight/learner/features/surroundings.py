@@ -1,0 +1,221 @@
+"""58 features of a superpixel and its surroundings, in two passes over the image.
+
+What the 39 colours and 15 contrasts say of superpixels is said here of boxes around their
+centroids, whose sums an integral image gives at once; and so is which surroundings are darker.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.errors.compiling import njit
+from curiosight.frame import Rgb
+from curiosight.learner.features.colour import PLACES, Rows
+from curiosight.learner.features.feature_set import FeatureSet
+from curiosight.learner.features.superpixels import ColourSpace, Superpixels
+
+Array = npt.NDArray[Any]
+
+CHANNELS = {"rgb": ("red", "green", "blue"), "lab": ("L", "a", "b")}
+# Boxes of 2 · reach + 1 pixels a side: the colour of a place, and that of surroundings.
+PLACE_REACH, SCALE_REACHES = 4, (5, 10, 21, 42)
+# Pixels from the centroid to the eight boxes of a pattern, whose reach is half of it.
+RINGS = (7, 18)
+# Directions of a ring in turn: right, down and right, down, …
+RING_PLACES = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
+# Levels by which a box of a pattern must be darker: less is noise.
+DARKER = 2
+
+
+def surroundings(colour_space: ColourSpace) -> FeatureSet:
+    """Return the set; patterns are of the first channel, lightness in Lab."""
+    channels = CHANNELS[colour_space]
+    names = [f"{channel} here" for channel in channels]
+    names += [f"{channel} deviation" for channel in channels]
+    names += [f"{channel} at {u:+d} {v:+d}" for u, v in PLACES[1:].tolist() for channel in channels]
+    names += [f"{channel} contrast {reach}" for reach in SCALE_REACHES for channel in channels]
+    names += [f"{what} at {ring}" for ring in RINGS for what in ("darker", "turns")]
+    return FeatureSet("surroundings", tuple(names), describe_surroundings, colour_space)
+
+
+def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
+    """Return (n, 58) uint8 rows.
+
+    Of the superpixel: mean and twice the standard deviation of the three channels. Of boxes of
+    9x9 pixels at the twelve places of the paper: the mean colour. Of boxes of 11, 21, 43 and 85
+    pixels a side around its centroid: its own mean colour minus theirs, plus 128.
+
+    Of eight boxes on each of two rings, in the first channel: 31 times how many are darker than
+    the superpixel, and 31 times how often this changes around the ring.
+
+    A box that leaves the image is cut by its border, and a place beyond it lies on it.
+    """
+    n_superpixels = int(superpixels.max()) + 1
+    sums = sum_superpixels(image, superpixels, n_superpixels)
+    integrals = integrate(image)
+    n_columns = 6 + 3 * (len(PLACES) - 1) + 3 * len(SCALE_REACHES) + 2 * len(RINGS)
+    rows = np.zeros((n_superpixels, n_columns), np.uint8)
+    _fill_rows(rows, sums, integrals)
+    return rows
+
+
+def height_in_image() -> FeatureSet:
+    """Return the set of one column: how far down the superpixel lies, 0 at the top."""
+    return FeatureSet("height", ("height",), describe_height)
+
+
+def describe_height(image: Rgb, superpixels: Superpixels) -> Rows:
+    """Return (n, 1) uint8: the mean line of a superpixel's pixels, of 255 at the last."""
+    rows: Rows = _mean_lines(superpixels, int(superpixels.max()) + 1)
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def _mean_lines(superpixels: Array, n_superpixels: int) -> Array:
+    height, width = superpixels.shape
+    sums, counts = np.zeros(n_superpixels, np.int64), np.zeros(n_superpixels, np.int64)
+    for v in range(height):
+        for u in range(width):
+            counts[superpixels[v, u]] += 1
+            sums[superpixels[v, u]] += v
+    rows = np.zeros((n_superpixels, 1), np.uint8)
+    for s in range(n_superpixels):
+        if counts[s] > 0:
+            rows[s, 0] = byte(255 * sums[s] / (counts[s] * max(height - 1, 1)))
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def sum_superpixels(image: Array, superpixels: Array, n_superpixels: int) -> Array:
+    """Return (n, 9) int64 sums over pixels: 1, u, v, the three channels, and their squares."""
+    sums = np.zeros((n_superpixels, 9), np.int64)
+    height, width = superpixels.shape
+    for v in range(height):
+        for u in range(width):
+            total = sums[superpixels[v, u]]
+            total[0] += 1
+            total[1] += u
+            total[2] += v
+            for c in range(3):
+                value = np.int64(image[v, u, c])
+                total[3 + c] += value
+                total[6 + c] += value * value
+    return sums
+
+
+@njit(cache=True, nogil=True)
+def integrate(image: Array) -> Array:
+    """Return (h + 1, w + 1, k) int32 sums of the k channels of all pixels above and to the left.
+
+    They may run over, but differences of them are right for boxes whose own sums do not.
+    """
+    height, width, n_channels = image.shape
+    integrals = np.zeros((height + 1, width + 1, n_channels), np.int32)
+    line = np.zeros(n_channels, np.int32)
+    for v in range(height):
+        line[:] = 0
+        for u in range(width):
+            for c in range(n_channels):
+                line[c] += image[v, u, c]
+                integrals[v + 1, u + 1, c] = integrals[v, u + 1, c] + line[c]
+    return integrals
+
+
+@njit(cache=True, nogil=True)
+def _fill_rows(rows: Array, sums: Array, integrals: Array) -> None:
+    """Write the row of each superpixel that has a pixel."""
+    means = np.empty(3, np.float64)
+    for s in range(len(rows)):
+        n = sums[s, 0]
+        if n == 0:
+            continue
+        u, v = (2 * sums[s, 1] + n) // (2 * n), (2 * sums[s, 2] + n) // (2 * n)
+        row = rows[s]
+        for c in range(3):
+            total = sums[s, 3 + c]
+            means[c] = total / n
+            row[c] = byte(means[c])
+            row[3 + c] = byte(2 * np.sqrt(n * sums[s, 6 + c] - total * total) / n)
+        at = _write_places(row, 6, integrals, u, v)
+        at = _write_contrasts(row, at, integrals, u, v, means)
+        _write_patterns(row, at, integrals, u, v, means[0])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def byte(value: float) -> np.uint8:
+    """Return the nearest whole number, halves rounded up, cut to 0 to 255."""
+    return np.uint8(min(max(value + 0.5, 0.0), 255.0))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def box_at(integrals: Array, u: int, v: int, reach: int) -> tuple[int, int, int, int, float]:
+    """Return first and last + 1 column and line of a box in the image, and 1 / its pixels."""
+    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
+    left, right = max(u - reach, 0), min(u + reach + 1, width)
+    upper, lower = max(v - reach, 0), min(v + reach + 1, height)
+    return left, right, upper, lower, 1.0 / ((right - left) * (lower - upper))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def box_mean(integrals: Array, box: tuple[int, int, int, int, float], channel: int) -> float:
+    """Return the mean of one channel in a box."""
+    left, right, upper, lower, share = box
+    return share * np.int32(
+        integrals[lower, right, channel]
+        - integrals[upper, right, channel]
+        - integrals[lower, left, channel]
+        + integrals[upper, left, channel]
+    )
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _inside(integrals: Array, u: int, v: int) -> tuple[int, int]:
+    """Return the pixel of the image that is nearest to a place."""
+    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
+    return min(max(u, 0), width - 1), min(max(v, 0), height - 1)
+
+
+@njit(cache=True, nogil=True)
+def _write_places(row: Array, at: int, integrals: Array, u: int, v: int) -> int:
+    """Write the mean colours of twelve places around; return the next column."""
+    for k in range(1, len(PLACES)):
+        x, y = _inside(integrals, u + PLACES[k, 0], v + PLACES[k, 1])
+        box = box_at(integrals, x, y, PLACE_REACH)
+        for c in range(3):
+            row[at + c] = byte(box_mean(integrals, box, c))
+        at += 3
+    return at
+
+
+@njit(cache=True, nogil=True)
+def _write_contrasts(row: Array, at: int, integrals: Array, u: int, v: int, means: Array) -> int:
+    """Write the mean colour minus that of surroundings, plus 128; return the next column."""
+    for reach in SCALE_REACHES:
+        box = box_at(integrals, u, v, reach)
+        for c in range(3):
+            row[at + c] = byte(means[c] - box_mean(integrals, box, c) + 128)
+        at += 3
+    return at
+
+
+@njit(cache=True, nogil=True)
+def _write_patterns(row: Array, at: int, integrals: Array, u: int, v: int, mean: float) -> None:
+    """Write how many boxes of each ring are darker, and how often that changes around it."""
+    for ring in RINGS:
+        n_darker, n_turns, first, last = 0, 0, False, False
+        for k in range(8):
+            x, y = u + ring * RING_PLACES[k][0], v + ring * RING_PLACES[k][1]
+            x, y = _inside(integrals, x, y)
+            is_darker = box_mean(integrals, box_at(integrals, x, y, ring // 2), 0) < mean - DARKER
+            n_darker += is_darker
+            if k == 0:
+                first = is_darker
+            elif is_darker != last:
+                n_turns += 1
+            last = is_darker
+        row[at] = 31 * n_darker
+        row[at + 1] = 31 * (n_turns + (first != last))
+        at += 2
