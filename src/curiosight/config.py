@@ -195,7 +195,7 @@ class Config:
                 max_depth=24,
                 min_split=80,
                 n_split_features=12,
-                n_levels=64,
+                n_levels=128,
                 max_rows=16_000,
                 vote="soft",
             ),

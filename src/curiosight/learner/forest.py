@@ -219,7 +219,7 @@ class Forest:
 
         chosen: (n,) places in the buffer; None = all.
         """
-        rows, keys, trees = self._read(partial(_rows_of, chosen))
+        rows, keys, trees, of_sample = self._read(partial(_rows_of, chosen))
         total, n_votes = np.zeros(len(rows), np.float32), np.zeros(len(rows), np.int64)
         places = np.arange(len(rows), dtype=np.int32)
         for tree in trees:
@@ -229,7 +229,8 @@ class Forest:
             add_votes(tree.nodes, tree.values, tree.depth, rows[unseen], is_hard, votes)
             total[unseen] += votes
             n_votes[unseen] += 1
-        return np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.float32(np.nan))
+        means = np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.nan)
+        return means.astype(np.float32)[of_sample]
 
     def settings(self) -> dict[str, int | float | str]:
         """Return what `__init__` needs for another such forest, but seed and threads.
@@ -403,11 +404,12 @@ class Forest:
 
 def _rows_of(
     chosen: npt.NDArray[np.int64] | None, known: Known
-) -> tuple[Rows, Keys, tuple[Tree, ...]]:
-    """Return (n, F) rows of the buffer with their keys, and the trees of the same moment."""
+) -> tuple[Rows, Keys, tuple[Tree, ...], npt.NDArray[np.int64]]:
+    """Return (R, F) rows of the buffer with their keys, the trees, and each sample's (n,) row."""
     trees, samples = known
     columns = samples.columns if chosen is None else samples.columns[chosen]
-    return take_rows(samples.table, columns), samples.keys[columns], trees
+    columns, of_sample = np.unique(columns, return_inverse=True)
+    return take_rows(samples.table, columns), samples.keys[columns], trees, of_sample
 
 
 def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:

@@ -290,10 +290,15 @@ def add_votes(
         block = rows[start : start + N_LANES]
         places[:] = 0
         for _ in range(depth):
+            n_moved = 0
             for lane in range(block.shape[0]):
                 node = nodes[places[lane]]
                 value = block[lane, (node >> 8) & FEATURE_BITS]
-                places[lane] = (node >> 24) + (value > (node & 255))
+                place = (node >> 24) + (value > (node & 255))
+                n_moved += int(place != places[lane])
+                places[lane] = place
+            if n_moved == 0:
+                break
         for lane in range(block.shape[0]):
             value = values[places[lane]]
             votes[start + lane] += np.float32(value > 0.5) if is_hard else value
