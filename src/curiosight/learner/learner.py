@@ -208,7 +208,7 @@ class SaliencyLearner:
         if self.calibration is not None and self.is_trained:
             self.calibration.add(votes, *description.count(labels))
         spot = self.experts.note(self.sight(frame, description, segmentation))
-        change = self.learn(description, labels, spot)
+        change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
 
     def saliency(self, rgb: Rgb, T_world_camera: Pose | None = None) -> Saliency:
@@ -282,12 +282,18 @@ class SaliencyLearner:
                     self.calibration.add(votes, *counts, forgets=False)
         self.experts.fit(lessons)
 
-    def learn(self, description: Description, labels: Labels, spot: int = 0) -> Change:
+    def learn(
+        self,
+        description: Description,
+        labels: Labels,
+        spot: int = 0,
+        error: float | None = None,
+    ) -> Change:
         """Add labelled pixels of a frame and regrow some trees (sec. II-A.3).
 
-        labels: (h, w), see `fit_labels`. spot: see `Experts.note`.
+        labels: (h, w), see `fit_labels`. spot, error: see `Experts.update`.
         """
-        return self.experts.update(*self.sample(description, labels), spot)
+        return self.experts.update(*self.sample(description, labels), spot, error)
 
     def sample(
         self, description: Description, labels: Labels, n_pixels: int | None = None
