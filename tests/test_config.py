@@ -65,7 +65,7 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
     assert {key: value for key, value in default.items() if value != paper[key]} == {
         "learner.rows_per": "superpixel",
         "learner.colour_space": "lab",
-        "learner.features": "surroundings+height",
+        "learner.features": "surroundings+texture+height",
         "learner.superpixels": "cells",
         "learner.n_superpixels": 1500,
         "learner.blind_share": 0.02,

@@ -182,7 +182,7 @@ class Config:
 
         `paper` is the paper's method to the letter. `default` has a teacher that knows tables
         and floors, and learns from what several views agree on; it describes superpixels instead
-        of pixels, in Lab, by their surroundings and height, and grows deeper, more varied trees
+        of pixels, in Lab, by their surroundings and texture, and grows deeper, more varied trees
         that answer in shares: measured to be faster and better (`benchmarks/`).
         """
         if preset == "paper":
@@ -194,7 +194,7 @@ class Config:
             teacher=TeacherConfig(pipeline="default", temporal=True),
             segmentation=SegmentationSettings(follow_sensor=True),
             learner=LearnerConfig(
-                features="surroundings+height",
+                features="surroundings+texture+height",
                 rows_per="superpixel",
                 colour_space="lab",
                 superpixels="cells",
