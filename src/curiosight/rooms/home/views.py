@@ -131,7 +131,9 @@ class HomeViews(DrawnViews):
         n_looks: int = 0,
     ) -> Look:
         renderer = self._renderer_after(n_looks)
-        rendering = renderer.render(camera, T_world_camera, rng)
+        # Of its own: how many draws it takes depends on what is in view.
+        disguise = rng.spawn(1)[0] if self._settings.unlearnable else None
+        rendering = renderer.render(camera, T_world_camera, disguise)
         truth = with_outlines(renderer.greys(rendering.ids))
         return take_look(rendering, truth, self.settings, (id, camera, T_world_camera), rng)
 
