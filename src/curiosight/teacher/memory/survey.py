@@ -175,8 +175,9 @@ def _tables_at(
     seen: list[Array] = []
     for points, T_world_camera in posed:
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        surface = level_surface(points, rotation.T @ up, settings.noise)
-        for found, xyz in ((level, surface), (seen, points.xyz[~find_veils(points)])):
+        is_veil = find_veils(points)
+        surface = level_surface(points, rotation.T @ up, settings.noise, is_veil)
+        for found, xyz in ((level, surface), (seen, points.xyz[~is_veil])):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
     return map_tables(
         np.concatenate(level),

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -36,6 +37,8 @@ MIN_HEIGHT, MAX_HEIGHT = 0.2, 1.3
 # What rises so many metres over a top stands on it or is its own; what is higher than the last
 # over the floor is a wall.
 MIN_RISE, MAX_RISE, WALL_HEIGHT = 0.05, 0.5, 1.3
+# Metres of a wall that are seen to be so high, and of a window in it, at least and at most.
+MIN_WALL, MAX_WINDOW = 0.6, 2.5
 # Share of a thing that is inside the outline of what it stands on, surely and perhaps, and its
 # least area in m².
 MIN_INSIDE, MAYBE_INSIDE, MIN_STANDING = 0.7, 0.5, 3 * CELL**2
@@ -61,6 +64,25 @@ WIDEST_GAP = 0.25
 def near_walls(highest: Array) -> Mask:
     """(rows, columns) bool: the cells of a wall and beside it; highest: metres over the floor."""
     return grown(highest >= WALL_HEIGHT, 0.12)
+
+
+def of_walls(highest: Array) -> Mask:
+    """(rows, columns) bool: the cells of a wall, which goes on below its windows.
+
+    highest: as in `near_walls`.
+    """
+    is_high = (highest >= WALL_HEIGHT).astype(np.uint8)
+    lines = cv2.HoughLinesP(
+        is_high,
+        1.0,
+        np.pi / 90,
+        round(MIN_WALL / CELL),
+        minLineLength=MIN_WALL / CELL,
+        maxLineGap=MAX_WINDOW / CELL,
+    )
+    for line in [] if lines is None else lines.reshape(-1, 4).tolist():
+        cv2.line(is_high, line[:2], line[2:], 1.0, thickness=3)
+    return is_high > 0
 
 
 class Kind(Enum):
@@ -165,7 +187,7 @@ class TopView:
             return True
         if self.height > MAX_SEAT_HEIGHT or area(self.top) > MIN_BED_AREA:
             return self.height <= MAX_SEAT_HEIGHT
-        rises = is_own & (self.highest > self.height + 0.08) & (self.highest < WALL_HEIGHT)
+        rises = is_own & (self.highest > self.height + 0.08) & ~of_walls(self.highest)
         return self._share_along_edge(rises) > MIN_ENCLOSED
 
     def _is_container(self) -> bool:
