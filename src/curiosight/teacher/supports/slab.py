@@ -21,6 +21,7 @@ ON: dict[Kind, int] = {
     Kind.TABLE: ON_TABLE,
     Kind.FURNITURE: ON_FURNITURE,
     Kind.DOUBTFUL: ON_DOUBTFUL,
+    Kind.BARE: ON_DOUBTFUL,
 }
 
 
@@ -33,7 +34,7 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ar
     everywhere = np.ones(points.depth.shape, np.bool_)
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
-        is_known = support.core is not None or support.kind is Kind.DOUBTFUL
+        is_known = support.core is not None or ON[support.kind] == ON_DOUBTFUL
         extent = support.extent if is_known else None
         _mark_on(
             points.depth,

@@ -89,12 +89,14 @@ class Kind(Enum):
     """What a level surface over the floor is.
 
     TABLE: carries things, or is larger than they are. FURNITURE: larger too, but what is on it is
-    part of it. DOUBTFUL: may be either, or an object. THING: the top of an object.
+    part of it. DOUBTFUL: may be either, or an object. BARE: furniture or an object, on which
+    nothing stands. THING: the top of an object.
     """
 
     TABLE = "table"
     FURNITURE = "seat, bed or shelf"
     DOUBTFUL = "support or thing"
+    BARE = "furniture or thing"
     THING = "thing"
 
     @property
@@ -151,7 +153,7 @@ class TopView:
         is_in_size = np.hypot(diagonal(body), highest) <= max_size + self.blur
         if is_small or (is_in_size and self._share_seen_around(body) >= MIN_SEEN_AROUND):
             return Kind.THING
-        return Kind.FURNITURE if rests else Kind.DOUBTFUL
+        return Kind.FURNITURE if rests else Kind.BARE
 
     def standing(self, min_inside: float = MIN_INSIDE) -> list[Mask]:
         """Return what stands on the surface: what rises inside its outline and ends there.
