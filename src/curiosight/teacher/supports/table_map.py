@@ -124,7 +124,7 @@ def map_tables(
     tables: list[Table] = []
     is_top = np.zeros(ground.shape, np.bool_)
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
-    for height, top in sorted(found, key=lambda top: top[0]):
+    for height, top in sorted(found, key=lambda found: -area(found[1])):
         kind = above.judge(height, top, heights - height)
         if kind is not None:
             is_top |= top
@@ -134,7 +134,7 @@ def map_tables(
         _table(ground, float(np.median(above.highest[piece])), piece, Kind.FURNITURE)
         for piece in bulky
     ]
-    return (*tables, *rest)
+    return (*sorted(tables, key=lambda table: table.height), *rest)
 
 
 def _table(ground: Ground, height: float, top: Mask, kind: Kind) -> Table:

@@ -235,16 +235,18 @@ class SeenFromAbove:
         self._is_seen = ground.count(cells) > 0
         self._points = ground, cells, heights, band
         self._limits = max_size, max_small_height, blur
-        self._lower: list[Mask] = []
+        self._larger: list[Mask] = []
         self._seats: list[Mask] = []
 
     def judge(self, height: float, top: Mask, over: Array) -> Kind | None:
-        """Return what a surface is, the lowest first; None = it belongs to what stands on another.
+        """Return what a surface is, the largest first.
+
+        None = it is below or over most of another, and belongs to it or to what stands on it.
 
         height: metres over the floor. top: (rows, columns) bool. over: (n,) metres of the points
         over the surface.
         """
-        if any(np.mean(lower[top]) > 0.5 for lower in self._lower):
+        if any(np.mean(larger[top]) > 0.5 for larger in self._larger):
             return None
         (ground, cells, heights, band), (max_size, max_small_height, blur) = (
             self._points,
@@ -264,7 +266,7 @@ class SeenFromAbove:
             blur,
         )
         kind = view.kind(max_size, self._seats)
-        self._lower.append(top)
+        self._larger.append(top)
         if kind is Kind.FURNITURE:
             self._seats.append(top)
         return kind
