@@ -173,9 +173,12 @@ def _tables_at(
 ) -> tuple[Table, ...]:
     level: list[Array] = []
     seen: list[Array] = []
-    for points, T_world_camera in posed:
+    veils = [find_veils(points) for points, _ in posed]
+    # A sensor that smooths does so in every frame; a frame alone may show a table from the edge.
+    smooths = 2 * sum(bool(is_veil.any()) for is_veil in veils) > len(veils)
+    for (points, T_world_camera), is_veil in zip(posed, veils, strict=True):
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        is_veil = find_veils(points)
+        is_veil &= smooths
         surface = level_surface(points, rotation.T @ up, settings.noise, is_veil)
         for found, xyz in ((level, surface), (seen, points.xyz[~is_veil])):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
