@@ -55,8 +55,8 @@ MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 MIN_SEEN_AROUND = 0.6
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
-# Square metres of a high one that is no sill and no shelf's board, see `max_small_height`.
-MIN_HIGH_AREA = 0.25
+# Metres across a high one that is no sill and no shelf's board, see `max_small_height`.
+MIN_HIGH_WIDTH = 0.34
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
 WIDEST_GAP = 0.25
 
@@ -136,7 +136,7 @@ class TopView:
         joins one and carries nothing is its arm or back.
         """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
-        if self.height > self.max_small_height and (is_small or area(self.top) < MIN_HIGH_AREA):
+        if self.height > self.max_small_height and (is_small or 2 * np.max(inset(self.top)) < MIN_HIGH_WIDTH):
             return Kind.THING
         if is_small and self._is_container():
             return Kind.THING
