@@ -67,7 +67,7 @@ def _each_alone(boxes: Any, *_: Any, **__: Any) -> Any:
 
 def _never_doubtful(view: TopView, *args: Any) -> Kind:
     kind = _KIND(view, *args)
-    return Kind.TABLE if kind is Kind.DOUBTFUL else kind
+    return Kind.TABLE if kind in (Kind.DOUBTFUL, Kind.BARE) else kind
 
 
 _KIND = TopView.kind

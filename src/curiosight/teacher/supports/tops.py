@@ -136,7 +136,8 @@ class TopView:
         joins one and carries nothing is its arm or back.
         """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
-        if self.height > self.max_small_height and (is_small or 2 * np.max(inset(self.top)) < MIN_HIGH_WIDTH):
+        is_narrow = is_small or 2 * np.max(inset(self.top)) < MIN_HIGH_WIDTH
+        if self.height > self.max_small_height and is_narrow:
             return Kind.THING
         if is_small and self._is_container():
             return Kind.THING
