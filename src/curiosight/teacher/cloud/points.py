@@ -257,7 +257,9 @@ def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: floa
     the points. corner: (2,) metres along them of the first cell's corner. side: metres.
     """
     found = np.empty_like(points.depth)
-    to_map = (np.vstack([axes, -corner[None]]) / side).astype(np.float32)
+    to_map = np.empty((4, 2))
+    to_map[:3], to_map[3] = axes, -corner
+    to_map = (to_map / side).astype(np.float32)
     index = np.empty(len(points.x), np.int32)
     _look_up(cells, points.depth, points.x, points.y, to_map, index, found)
     return found

@@ -119,19 +119,26 @@ def _join_around(hollows: Array, thing: Array, patch: Array, parent: Array, *, r
 
     All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
     """
-    if not hollows.any():
-        return
-    is_in = (hollows > 0).astype(np.uint8)
-    _, piece, stats, _ = cv2.connectedComponentsWithStats(is_in, connectivity=4)
-    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    for one, (left, top, width, height, _) in enumerate(stats[1:].tolist(), start=1):
-        rows = slice(max(0, top - reach), top + height + reach)
-        part = rows, slice(max(0, left - reach), left + width + reach)
-        is_hollow = piece[part] == one
-        is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
-        wall = np.unique(patch[part][is_beside & (thing[part] == hollows[part][is_hollow][0])]) - 1
-        for other in wall[1:]:
-            join_nodes(parent, int(wall[0]), int(other))
+    if hollows.any():
+        n, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+        _join_beside(hollows, piece, thing, patch, reach, np.full(n, -1), parent)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_beside(
+    hollows: Array, piece: Array, thing: Array, patch: Array, reach: int, wall: Array, parent: Array
+) -> None:
+    """Join what `_join_around` does; wall: (n_pieces,) -1, a patch of each piece's, to work with."""
+    height, width = piece.shape
+    for v in range(height):
+        for u in range(width):
+            one = piece[v, u]
+            for row in range(max(v - reach, 0), min(v + reach + 1, height) if one > 0 else 0):
+                for column in range(max(u - reach, 0), min(u + reach + 1, width)):
+                    if thing[row, column] == hollows[v, u]:
+                        beside = patch[row, column] - 1
+                        wall[one] = beside if wall[one] < 0 else wall[one]
+                        join_nodes(parent, wall[one], beside)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

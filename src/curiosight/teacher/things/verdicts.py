@@ -78,7 +78,7 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.SPARSE
     if thing.top > limits.max_size:
         return Verdict.HIGH
-    if any(_is_part_of_table(table, thing, support) for table in around.supports):
+    if not support.is_table and any(_is_part_of_table(one, thing) for one in around.supports):
         return Verdict.FURNITURE
     depth = around.points.depth.take(thing.members)
     if np.count_nonzero(depth > settings.max_range - 0.05) > around.points.count(STRAY_PX):
@@ -180,12 +180,12 @@ def _goes_on_nearer(
     return bool(np.count_nonzero(ends_near) > min_share * len(columns))
 
 
-def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
+def _is_part_of_table(table: Support, thing: Thing) -> bool:
     """Tell whether a thing on the floor is a seat's cushion or arm, or a table's leg or apron.
 
     Those end at the table's top, or are hidden above; the map may know only a part of the top.
     """
-    if support.is_table or table.extent is None or table.skirt is None:
+    if table.extent is None or table.skirt is None:
         return False
     share = _share_in(table.skirt, thing)
     if not table.kind.carries_objects:
