@@ -128,7 +128,7 @@ def _join_around(hollows: Array, thing: Array, patch: Array, parent: Array, *, r
 def _join_beside(
     hollows: Array, piece: Array, thing: Array, patch: Array, reach: int, wall: Array, parent: Array
 ) -> None:
-    """Join what `_join_around` does; wall: (n_pieces,) -1, a patch of each piece's, to work with."""
+    """Join what `_join_around` says; wall: (n_pieces,) -1, to work with: a patch of each."""
     height, width = piece.shape
     for v in range(height):
         for u in range(width):
