@@ -108,12 +108,15 @@ def _turn_cluster(cluster: Cluster, size: tuple[int, int], n_turns: int) -> Clus
 def _turn_support(support: Support, n_turns: int) -> Support:
     plane = support.plane
     normal = rotation_of(n_turns) @ plane.normal
-    masks = {name: getattr(support, name) for name in ("extent", "core", "skirt")}
+    masks = support.extent, support.core, support.skirt
+    extent, core, skirt = (None if mask is None else np.rot90(mask, n_turns) for mask in masks)
     return replace(
         support,
         plane=Plane(normal, plane.offset, np.rot90(plane.inliers, n_turns)),
         heights=np.rot90(support.heights, n_turns),
-        **{name: None if mask is None else np.rot90(mask, n_turns) for name, mask in masks.items()},
+        extent=extent,
+        core=core,
+        skirt=skirt,
     )
 
 

@@ -53,8 +53,7 @@ def join_stacked(
     reach: largest gap between the two, metres. margin: metres by which their outlines may miss
         each other.
     """
-    number: Array = _join_below(boxes, hovers, support, reach, margin)
-    return number
+    return np.asarray(_join_below(boxes, hovers, support, reach, margin))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -71,7 +70,8 @@ def _join_below(boxes: Array, hovers: Array, support: Array, reach: float, margi
                 joins &= boxes[lower, axis, 0] < boxes[upper, axis, 1] + wider
             if joins:
                 join_nodes(parent, upper, lower)
-    return number_sets(parent)
+    number: Array = number_sets(parent)
+    return number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
