@@ -190,7 +190,6 @@ def _tables_at(
         max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
-        max_small_height=settings.max_small_height,
         density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),
     )
 

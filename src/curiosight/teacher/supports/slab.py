@@ -37,14 +37,10 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ar
         is_known = support.core is not None or ON[support.kind] == ON_DOUBTFUL
         extent = support.extent if is_known else None
         _mark_on(
-            points.depth,
-            points.normals,
-            support.heights,
+            *(points.depth, points.normals, support.heights),
             everywhere if extent is None else extent,
             support.plane.normal.astype(np.float32),
-            support.settings.slab,
-            noise,
-            ON[support.kind] if support.is_table else ON_FLOOR,
+            *(support.settings.slab, noise, ON[support.kind] if support.is_table else ON_FLOOR),
             kinds,
         )
     return kinds
