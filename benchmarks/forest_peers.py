@@ -5,8 +5,8 @@
 RECORDING: with depth, such as 7-Scenes' redkitchen; it fills the buffer with 100 000 samples.
 PYTHON: of an environment with scikit-learn-intelex; it changes scikit-learn as a whole, so it is
 better kept in one of its own. Two forests: as version 0.1 had it (70 % of the samples, nodes of
-200), and `default`, where the peers are given the samples of as many rows as our trees draw. All use
-one thread, 12 features a split, no bootstrap and classes that weigh the same. Keeps
+200), and `default`, where the peers are given the samples of as many rows as our trees draw. All
+use one thread, 12 features a split, no bootstrap and classes that weigh the same. Keeps
 benchmarks/results/forest_peers.json: median milliseconds of processor time.
 """
 
