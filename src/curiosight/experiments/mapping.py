@@ -14,7 +14,7 @@ from curiosight.frame import Frame
 from curiosight.learner.learner import Saliency
 
 # Of decoded frames: the few that are decoded ahead.
-FRAMES_MB = 16
+FRAMES_MB = 8
 
 
 class Mapping:
