@@ -67,7 +67,7 @@ def _each_alone(boxes: Any, *_: Any, **__: Any) -> Any:
 
 def _never_doubtful(view: TopView, *args: Any) -> Kind:
     kind = _KIND(view, *args)
-    return Kind.TABLE if kind is Kind.DOUBTFUL else kind
+    return Kind.TABLE if kind in (Kind.DOUBTFUL, Kind.BARE) else kind
 
 
 _KIND = TopView.kind
@@ -85,7 +85,6 @@ RULES = (
     Rule("S2", "memory.survey:map_tables", lambda *_, **__: ()),
     Rule("S3", "supports.supports:tops_in_frame", _nothing),
     Rule("S4", "settings", ONLY_TABLES),
-    Rule("S5", "settings", {"segmentation.max_small_height": 1.3}),
     Rule("S6", f"{TOPS}.standing", _nothing),
     Rule("S7", f"{TOPS}._is_rested_on", _no),
     Rule("S8", f"{TOPS}._is_container", _no),
@@ -106,9 +105,7 @@ RULES = (
     Rule("T6", "things.objects:join_feet", lambda *_, **__: None),
     Rule("T7", "things.objects:find_hollows", lambda number, *_: np.zeros_like(number)),
     # O: what is an object.
-    Rule("O1", "things.verdicts:_is_sparse", _no),
     Rule("O2", "things.verdicts:_is_part_of_table", _no),
-    Rule("O3", "things.verdicts:_goes_on_nearer", _no),
     Rule("O4", "things.verdicts:_is_part_of_wall", _no),
     Rule("O5", "things.verdicts:_turns_corner", _no),
     Rule("O6", "things.verdicts:_is_from_above", _no),
