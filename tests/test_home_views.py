@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from curiosight.config import load_config
-from curiosight.datasets import KnowsPlaces, check_dataset, open_dataset
+from curiosight.datasets import KnowsPlaces, check_dataset, known_places, open_dataset
+from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut
 from curiosight.experiments.components import make_learner
 from curiosight.experiments.exploring import Exploration
@@ -60,6 +61,7 @@ def test_a_drive_leads_through_all_doors_at_camera_rate(views: HomeViews) -> Non
     turns = np.degrees(np.arccos(np.clip((ahead[1:] * ahead[:-1]).sum(1), -1, 1)))
     assert turns.max() < 60 / 30 + 0.01
     assert drive.seconds_of(60) == 2.0
+    assert str(drive.test_views(3).settings) == "home:5,rooms=2,views=3,split=test"
     few = variant(views, path="drive", views=7)
     np.testing.assert_array_equal(few.poses, drive.poses[:7])
 
@@ -170,7 +172,12 @@ def test_a_recording_tells_the_room_of_each_frame(views: HomeViews, tmp_path: Pa
     recording = open_dataset(tmp_path / "out")
     assert lines == [f"{id} {place}" for id, place in zip(recording.ids, (0, 1), strict=True)]
     np.testing.assert_allclose(recording.poses, some.poses, atol=1e-6)
-    assert not isinstance(recording, KnowsPlaces)
+    assert known_places(recording) == known_places(some) == (0, 1)
+    (tmp_path / "out/places.txt").write_text(f"{recording.ids[1]} 7\n")
+    assert known_places(recording) == (-1, 7)
+    (tmp_path / "out/places.txt").write_text("kitchen\n")
+    with pytest.raises(DataError, match="write lines `<id> <number>`"):
+        known_places(recording)
 
 
 def test_a_room_that_changes_its_looks_cannot_be_learned(views: HomeViews) -> None:
@@ -221,7 +228,7 @@ def test_an_exploration_is_tested_on_the_home_as_it_is(
     monkeypatch.setattr(home_views, "N_TEST_VIEWS", 1)
     config = load_config("default")
     explorer = replace(config.explorer, strategy="chronological", n_steps=7)
-    config = replace(config, explorer=explorer)
+    config = replace(config, explorer=explorer, teacher=replace(config.teacher, n_survey_frames=3))
     run = Exploration(config, changing, OutputFolder(tmp_path / "run", "explore", Path("home")))
     sources = [str(run.truth.dataset.path) for _ in run]  # type: ignore[attr-defined]
     assert ["change" in source for source in sources] == 6 * [False] + [True]
