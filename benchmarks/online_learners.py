@@ -2,7 +2,7 @@
 
     python benchmarks/online_learners.py stream SOURCE NAME   # describe and label each frame once
     python benchmarks/online_learners.py race NAME… [--peers PYTHON] [--onelearn PYTHON]
-    python benchmarks/online_learners.py table NAME…          # results, docs/learners.md's table and figure
+    python benchmarks/online_learners.py table NAME…   # results, and table and figure of the page
 
 SOURCE: a recording, or home:31. `default` describes its frames, and the teacher with memory labels
 them; what the learner would be shown is kept as a stream in runs/learners, the same for all. Before
@@ -24,7 +24,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from online_peers import LEARNERS, View, read_stream
+from online_peers import AGAIN_EVERY, LEARNERS, View, read_stream
 
 from curiosight.config import load_config
 from curiosight.experiments.components import make_learner, make_teacher
@@ -135,6 +135,14 @@ def errors_of(scores: Any, asked: Any, views: list[View]) -> tuple[list[float], 
     return plain, followed
 
 
+def errors_again(scores: Any, views: list[View]) -> list[float]:
+    """Return 1 - F1 of the frames that were predicted once more at the end, above 0.5."""
+    some = views[::AGAIN_EVERY]
+    parts = np.split(scores, _bounds(view.rows for view in some)[1:-1])
+    found = [f1_error_of_rows(v.n_salient, v.n_other, s) for v, s in zip(some, parts, strict=True)]
+    return [np.nan if error is None else error for error in found]
+
+
 def collect(names: Iterable[str]) -> dict[str, Any]:
     """Return every learner's figures on every stream."""
     results: dict[str, Any] = {}
@@ -149,6 +157,11 @@ def collect(names: Iterable[str]) -> dict[str, Any]:
             seeds = [stored[key] for key in stored.files if key.startswith("scores")]
             errors = np.array([errors_of(scores, stored["asked"], views) for scores in seeds])
             means = np.nanmean(errors, axis=2)
+            again = [
+                np.nanmean(errors_again(stored[key], views))
+                for key in stored.files
+                if key.startswith("again")
+            ]
             results[name][learner] = {
                 **json.loads(path.with_suffix(".json").read_text()),
                 "seeds": len(seeds),
@@ -156,6 +169,7 @@ def collect(names: Iterable[str]) -> dict[str, Any]:
                 "error_followed": [
                     round(float(x), 4) for x in (means[:, 1].mean(), means[:, 1].std())
                 ],
+                "error_again": round(float(np.mean(again)), 4) if again else None,
                 "curve": [_smoothed(errors[:, kind].mean(axis=0)) for kind in (0, 1)],
             }
     return results
@@ -174,23 +188,30 @@ def _smoothed(errors: Any) -> list[float | None]:
 def table(results: dict[str, Any]) -> str:
     """Return the table of docs/learners.md."""
     names = list(results)
-    heads = [f"`{name}`, .5 | followed" for name in names]
-    lines = [
-        f"| learner | library | {' | '.join(heads)} | ms an update | ms a prediction | MB | seeds |",
-        "|" + "---|" * (6 + 2 * len(names)),
-    ]
+    heads = ["learner", "library"]
+    for name in names:
+        heads += [f"`{name}`, .5", "followed", "again"]
+    heads += ["ms an update", "ms a prediction", "MB", "seeds"]
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for learner in LEARNERS:
         cells = [results[name].get(learner) for name in names]
         if None in cells:
             continue
         row = [f"`{learner}`", _library(cells[0])]
         for cell in cells:
+            again = cell["error_again"]
             row += [_spread(cell, "error"), _spread(cell, "error_followed")]
+            row.append("" if again is None else f"{again:.3f}".replace("0.", "."))
         first = cells[-1]
         update = f"{first['update_ms']:.1f}"
         if first["retrain_ms"]:
             update += f" ({first['retrain_ms']:.0f} every {first['retrained_every']})"
-        row += [update, f"{first['predict_ms']:.1f}", f"{first['held_mb']:.0f}", f"{first['seeds']}"]
+        row += [
+            update,
+            f"{first['predict_ms']:.1f}",
+            f"{first['held_mb']:.0f}",
+            f"{first['seeds']}",
+        ]
         lines.append("| " + " | ".join(row) + " |")
     return "\n".join(lines)
 

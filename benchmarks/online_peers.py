@@ -31,6 +31,8 @@ import numpy as np  # noqa: E402  (after the number of threads is set)
 Array = Any
 MAX_SAMPLES = 100_000
 N_TREES = 30
+# Of the frames that are predicted once more when all have been learned from.
+AGAIN_EVERY = 20
 N_FRAMES_HELD = 1000  # after which memory is measured
 # One and the same leaf size and depth for all forests of `default`'s kind.
 MAX_DEPTH, MIN_SPLIT, N_SPLIT_FEATURES = 24, 80, 12
@@ -368,12 +370,9 @@ def read_stream(path: Path, *, with_sights: bool) -> list[View]:
     for i in range(len(bounds) - 1):
         here = slice(bounds[i], bounds[i + 1])
         taught = slice(sample_bounds[i], sample_bounds[i + 1])
-        views.append(
-            View(
-                i, rows[here], n_salient[here], n_other[here], samples[taught], is_salient[taught],
-                sights[i] if sights else (None, None),
-            )  # fmt: skip
-        )
+        counts = n_salient[here], n_other[here]
+        lesson = samples[taught], is_salient[taught]
+        views.append(View(i, rows[here], *counts, *lesson, sights[i] if sights else (None, None)))
     return views
 
 
@@ -430,6 +429,8 @@ def main() -> None:
     for seed in range(arguments.seeds):
         learner = make(seed)
         found = list(run(learner, views))
+        again = [np.asarray(learner.predict(view), np.float32) for view in views[::AGAIN_EVERY]]
+        scores[f"again{seed}"] = np.concatenate(again)
         if seed == 0 and not arguments.no_memory:
             held = held_mb(learner, views, before)
         asked = [s is not None for s, _, _ in found]
