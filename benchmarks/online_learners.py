@@ -170,7 +170,7 @@ def collect(names: Iterable[str]) -> dict[str, Any]:
                     round(float(x), 4) for x in (means[:, 1].mean(), means[:, 1].std())
                 ],
                 "error_again": round(float(np.mean(again)), 4) if again else None,
-                "curve": [_smoothed(errors[:, kind].mean(axis=0)) for kind in (0, 1)],
+                "curve": _smoothed(errors[:, 1].mean(axis=0)),
             }
     return results
 
@@ -195,14 +195,18 @@ def table(results: dict[str, Any]) -> str:
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for learner in LEARNERS:
         cells = [results[name].get(learner) for name in names]
-        if None in cells:
+        known = [cell for cell in cells if cell]
+        if not known:
             continue
-        row = [f"`{learner}`", _library(cells[0])]
+        row = [f"`{learner}`", _library(known[0])]
         for cell in cells:
+            if cell is None:
+                row += ["–"] * 3
+                continue
             again = cell["error_again"]
             row += [_spread(cell, "error"), _spread(cell, "error_followed")]
             row.append("" if again is None else f"{again:.3f}".replace("0.", "."))
-        first = cells[-1]
+        first = known[-1]
         update = f"{first['update_ms']:.1f}"
         if first["retrain_ms"]:
             update += f" ({first['retrain_ms']:.0f} every {first['retrained_every']})"
@@ -236,7 +240,7 @@ def _spread(cell: dict[str, Any], key: str) -> str:
 
 
 def draw(results: dict[str, Any]) -> None:
-    """Draw error over frames, a panel a stream, each curve named beside its end."""
+    """Draw error over frames with thresholds that follow, each curve named beside its end."""
     mpl.use("Agg")
     mpl.rcParams.update(dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor"), NEUTRAL))
     mpl.rcParams.update(dict.fromkeys(("xtick.color", "ytick.color"), NEUTRAL))
@@ -248,7 +252,7 @@ def draw(results: dict[str, Any]) -> None:
         for learner, (colour, style) in DRAWN.items():
             if learner not in learners:
                 continue
-            curve = np.array(learners[learner]["curve"][1], float)
+            curve = np.array(learners[learner]["curve"], float)
             frames = N_SMOOTHED + 10 * np.arange(len(curve))
             panel.plot(frames, curve, color=colour, linestyle=style, linewidth=1.8)
             ends[learner] = curve[np.isfinite(curve)][-1]
