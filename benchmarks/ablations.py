@@ -85,6 +85,7 @@ RULES = (
     Rule("S2", "memory.survey:map_tables", lambda *_, **__: ()),
     Rule("S3", "supports.supports:tops_in_frame", _nothing),
     Rule("S4", "settings", ONLY_TABLES),
+    Rule("S5", "settings", {"segmentation.max_small_height": 1.3}),
     Rule("S6", f"{TOPS}.standing", _nothing),
     Rule("S7", f"{TOPS}._is_rested_on", _no),
     Rule("S8", f"{TOPS}._is_container", _no),

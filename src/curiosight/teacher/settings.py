@@ -82,6 +82,8 @@ class SegmentationSettings:
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
     min_table_area, min_table_diagonal: of a level surface (m², metres), to carry things if some
         stand on it, as a stool does: smaller ones are a box's lid. With .25 and .7 only tables do.
+    max_small_height: of such a surface, metres over the floor; what is higher is a sill or the
+        board of a shelf, which carries things with 1.3.
     stride: every so many rows and columns are looked at, of a 640x480 image; others have about
         as many on their grid.
     border_px: width of the image's frame that no object may touch, in pixels of a 640x480 image.
@@ -99,6 +101,7 @@ class SegmentationSettings:
     wall_gap: float = 0.10
     min_table_area: float = 0.07
     min_table_diagonal: float = 0.38
+    max_small_height: float = 0.8
     stride: int = 3
     border_px: int = 10
     min_cluster_px: int = 200

@@ -44,6 +44,7 @@ def tops_in_frame(
         cells,
         heights,
         max_size=settings.floor.max_size,
+        max_small_height=settings.max_small_height,
         band=noise_band(points.depth.take(where), 0.0, settings.noise),
     )
     tops: list[tuple[float, Mask, Plane]] = []

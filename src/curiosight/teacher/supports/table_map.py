@@ -103,6 +103,7 @@ def map_tables(
     max_size: float = 1.5,
     min_area: float = 0.07,
     min_diagonal: float = 0.38,
+    max_small_height: float = 0.8,
     density: float = 1.0,
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
@@ -117,7 +118,9 @@ def map_tables(
         return ()
     ground = Ground.around(seen, up)
     cells, heights = ground.cells(seen), seen @ up - floor
-    above = SeenFromAbove(ground, cells, heights, max_size=max_size, blur=BLUR)
+    above = SeenFromAbove(
+        ground, cells, heights, max_size=max_size, max_small_height=max_small_height, blur=BLUR
+    )
     tables: list[Table] = []
     is_top = np.zeros(ground.shape, np.bool_)
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)

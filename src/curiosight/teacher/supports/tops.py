@@ -55,6 +55,8 @@ MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 MIN_SEEN_AROUND = 0.6
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
+# Metres across a high one that is no sill and no shelf's board, see `max_small_height`.
+MIN_HIGH_WIDTH = 0.34
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
 WIDEST_GAP = 0.25
 
@@ -113,6 +115,7 @@ class TopView:
     n_rising: how many points of each cell are over the surface, see MIN_RISE.
     n_over_floor: how many are over the floor.
     is_seen: bool, any.
+    max_small_height: see `SegmentationSettings`.
     blur: metres by which noise makes things wider on the cells.
     """
 
@@ -123,6 +126,7 @@ class TopView:
     n_rising: Array
     n_over_floor: Array
     is_seen: Mask
+    max_small_height: float
     blur: float = 0.0
 
     def kind(self, max_size: float, seats: list[Mask]) -> Kind:
@@ -132,6 +136,9 @@ class TopView:
         joins one and carries nothing is its arm or back.
         """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
+        is_narrow = is_small or 2 * np.max(inset(self.top)) < MIN_HIGH_WIDTH
+        if self.height > self.max_small_height and is_narrow:
+            return Kind.THING
         if is_small and self._is_container():
             return Kind.THING
         rests = self._is_rested_on(standing)
@@ -210,7 +217,7 @@ class SeenFromAbove:
 
     ground: the map that is looked at. cells, heights: (n,) cell and metres over the floor of every
     point seen. band: (n,) metres that a point may be off, or one number.
-    max_size: see `TopView.kind`. blur: see `TopView`.
+    max_size: see `TopView.kind`. max_small_height, blur: see `TopView`.
     """
 
     def __init__(
@@ -220,6 +227,7 @@ class SeenFromAbove:
         heights: Array,
         *,
         max_size: float,
+        max_small_height: float,
         band: Array | float = 0.0,
         blur: float = 0.0,
     ) -> None:
@@ -227,7 +235,7 @@ class SeenFromAbove:
         self.n_over_floor = ground.count(cells[heights > 0.10 + band])
         self._is_seen = ground.count(cells) > 0
         self._points = ground, cells, heights, band
-        self._limits = max_size, blur
+        self._limits = max_size, max_small_height, blur
         self._larger: list[Mask] = []
         self._seats: list[Mask] = []
 
@@ -241,7 +249,10 @@ class SeenFromAbove:
         """
         if any(np.mean(larger[top]) > 0.5 for larger in self._larger):
             return None
-        (ground, cells, heights, band), (max_size, blur) = self._points, self._limits
+        (ground, cells, heights, band), (max_size, max_small_height, blur) = (
+            self._points,
+            self._limits,
+        )
         rises = (over > MIN_RISE + band) & (over < MAX_RISE)
         is_side = (heights > 0.3 * height) & (heights < 0.8 * height)
         view = TopView(
@@ -252,6 +263,7 @@ class SeenFromAbove:
             ground.count(cells[rises]),
             self.n_over_floor,
             self._is_seen,
+            max_small_height,
             blur,
         )
         kind = view.kind(max_size, self._seats)
