@@ -63,6 +63,7 @@ class LearnerConfig:
         onnx:FILE.
     superpixels: seeds as in the paper, or cells, which take a tenth of the time.
     blind_share: of the pixels, taken from where depth says nothing, as not salient.
+    salient_share: of the pixels, taken from objects where a frame shows so much of them.
     follow_edges: maps follow the image's edges.
     max_places: so many places at most have forests of their own; 0 = one forest for everywhere.
     is_calibrated: scores are scaled so that the threshold has the best F1.
@@ -77,6 +78,7 @@ class LearnerConfig:
     n_superpixels: int = 600
     n_pixels: int = 700
     blind_share: float = 0.0
+    salient_share: float = 0.0
     follow_edges: bool = False
     max_places: int = 0
     is_calibrated: bool = False
@@ -200,6 +202,7 @@ class Config:
                 superpixels="cells",
                 n_superpixels=1500,
                 blind_share=0.02,
+                salient_share=0.5,
                 follow_edges=True,
                 edge_stride=2,
                 max_places=16,

@@ -86,7 +86,10 @@ class OffLine:
         step = 1 if most is None else max(1, -(-n_samples // most))
         # The samples of a frame are in random order.
         learner.fit(
-            [Lesson(one.rows[::step], one.is_salient[::step], one.sight) for one in lessons]
+            [
+                Lesson(one.rows[::step], one.is_salient[::step], one.sight, one.share)
+                for one in lessons
+            ]
         )
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
@@ -99,7 +102,9 @@ class OffLine:
         description = learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)
         rows, is_salient = learner.sample(description, labels, self._n_pixels)
-        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation))
+        n_salient, n_other = (int(counts.sum()) for counts in description.count(labels))
+        share = n_salient / max(n_salient + n_other, 1)
+        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation), share)
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""

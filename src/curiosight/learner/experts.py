@@ -48,11 +48,24 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lesson:
-    """What one view teaches: (n, F) rows, whether each is salient, and what tells its place."""
+    """What one view teaches.
+
+    rows, is_salient: (n, F) and (n,) samples. sight: what tells its place.
+    share: of its labelled pixels, those that are salient; None = as of the samples.
+    """
 
     rows: Rows
     is_salient: Labels
     sight: Sight | None = None
+    share: float | None = None
+
+    def counts(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return (n,) of how much each sample stands for, where salient and where not."""
+        salient, other = self.is_salient.astype(float), (~self.is_salient).astype(float)
+        if self.share is None:
+            return salient, other
+        n_salient, n_other = max(salient.sum(), 1), max(other.sum(), 1)
+        return salient * self.share / n_salient, other * (1 - self.share) / n_other
 
 
 class Experts:

@@ -112,6 +112,9 @@ class SaliencyLearner:
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
     blind_share: of these, drawn where depth has no reading in range, and taken for not salient:
         windows and screens, which depth never shows, are learned so. The paper uses none.
+    salient_share: of these, drawn where there is an object, if the frame shows enough of it: most
+        of what is seen is none, and a full buffer would hold little else. 0 = as it comes, as in
+        the paper.
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
     edge_stride: find the filter's weights for blocks of so many pixels: sooner, a little coarser.
@@ -140,6 +143,7 @@ class SaliencyLearner:
         n_superpixels: int = 600,
         n_pixels: int = 700,
         blind_share: float = 0.0,
+        salient_share: float = 0.0,
         follow_edges: bool = False,
         edge_stride: int = 1,
         threshold: float = 0.5,
@@ -159,6 +163,8 @@ class SaliencyLearner:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
         if not 0 <= blind_share < 1:
             raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
+        if not 0 <= salient_share < 1:
+            raise ValueError(f"salient_share: expected 0 to below 1, got {salient_share}")
         if edge_stride < 1:
             raise ValueError(f"edge_stride: expected 1 or more, got {edge_stride}")
         if not 0 <= threshold < 1:
@@ -178,6 +184,7 @@ class SaliencyLearner:
         self.n_superpixels = n_superpixels
         self.n_pixels = n_pixels
         self.blind_share = blind_share
+        self.salient_share = salient_share
         self.follow_edges = follow_edges
         self.edge_stride = edge_stride
         self.threshold = threshold
@@ -278,8 +285,7 @@ class SaliencyLearner:
                 self.experts.fit(lessons[part::2])
                 for lesson in lessons[1 - part :: 2]:
                     votes = self.experts.vote(lesson.rows, lesson.sight)
-                    counts = lesson.is_salient, ~lesson.is_salient
-                    self.calibration.add(votes, *counts, forgets=False)
+                    self.calibration.add(votes, *lesson.counts(), forgets=False)
         self.experts.fit(lessons)
 
     def learn(
@@ -307,13 +313,26 @@ class SaliencyLearner:
         flat = labels.ravel()
         known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
         n_drawn = min(n_pixels or self.n_pixels, len(known))
-        drawn = self._draw(known, n_drawn)
+        drawn = self._draw_fairly(flat, known, n_drawn)
         if self.blind_share:
             blind = np.flatnonzero(flat == Label.UNAVAILABLE)
             n_blind = min(round(self.blind_share * n_drawn), len(blind))
             drawn = np.concatenate([drawn[n_blind:], self._draw(blind, n_blind)])
         rows = description.rows[description.row_of_pixel.ravel()[drawn]]
         return rows, flat[drawn] == Label.SALIENT
+
+    def _draw_fairly(
+        self, flat: Labels, known: npt.NDArray[np.int64], n: int
+    ) -> npt.NDArray[np.int64]:
+        """Draw labelled pixels, in random order: `salient_share` of them salient if there are."""
+        salient = known[flat[known] == Label.SALIENT]
+        n_salient = min(round(self.salient_share * n), len(salient))
+        if n_salient * len(known) <= n * len(salient):  # there are as many by chance
+            return self._draw(known, n)
+        other = known[flat[known] != Label.SALIENT]
+        n_other = min(n - n_salient, len(other))
+        drawn = [self._draw(salient, n_salient), self._draw(other, n_other)]
+        return self.rng.permutation(np.concatenate(drawn))
 
     def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
         return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
@@ -335,8 +354,11 @@ class SaliencyLearner:
             "forest": self.experts.settings(),
             "notes": self.notes,
         }
-        if self.edge_stride > 1:  # else the header is that of version 0.1
+        # Without these the header is that of version 0.1.
+        if self.edge_stride > 1:
             header["edge_stride"] = self.edge_stride
+        if self.salient_share:
+            header["salient_share"] = self.salient_share
         if self.experts.places is not None:
             header["places"] = self.experts.places.settings()
         arrays = self._state_arrays()
@@ -383,6 +405,7 @@ class SaliencyLearner:
                 blind_share=header["blind_share"],
                 follow_edges=header["follow_edges"],
                 edge_stride=header.get("edge_stride", 1),
+                salient_share=header.get("salient_share", 0.0),
                 threshold=header["threshold"],
                 places=None if places is None else Places(**places),
                 is_calibrated="calibration" in arrays,
