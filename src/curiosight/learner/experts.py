@@ -101,6 +101,10 @@ class Experts:
     def n_samples(self) -> int:
         return self.common.n_samples + sum(forest.n_samples for forest in self.of_place)
 
+    def views_of_places(self) -> list[int]:
+        """Return of how many views each place is known; none where places are not told apart."""
+        return [] if self.places is None else self.places.n_views.tolist()
+
     def forests(self) -> dict[int, Forest]:
         """Return all of them, by place."""
         return {COMMON: self.common, **dict(enumerate(self.of_place))}
