@@ -91,6 +91,7 @@ class ForestConfig:
     """The forest (sec. II-A.3).
 
     n_split_features: 0 = all of them.
+    leaf_share: a node of less than this share of a tree's samples is a leaf, too.
     n_levels: values of a feature that a split tells apart, a power of 2 up to 256.
     max_rows: a tree draws rows with all their samples, about so many at most, and the oldest trees
         regrow; 0 = it draws samples, and random trees do, as in the paper.
@@ -103,6 +104,7 @@ class ForestConfig:
     max_depth: int = 10
     min_split: int = 11
     n_split_features: int = 0
+    leaf_share: float = 0.0
     n_levels: int = 256
     max_rows: int = 0
     vote: Literal["hard", "soft"] = "hard"
@@ -212,9 +214,9 @@ class Config:
                 n_regrown=2,
                 share=0.9,
                 max_depth=24,
-                min_split=80,
+                min_split=20,
                 n_split_features=12,
-                n_levels=128,
+                leaf_share=0.002,
                 max_rows=16_000,
                 vote="soft",
             ),

@@ -167,6 +167,7 @@ def make_learner(
         max_depth=settings.max_depth,
         min_split=settings.min_split,
         n_split_features=settings.n_split_features or None,
+        leaf_share=settings.leaf_share,
         n_levels=settings.n_levels,
         max_rows=settings.max_rows or None,
         vote=settings.vote,
