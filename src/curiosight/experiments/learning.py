@@ -88,6 +88,7 @@ class OffLine:
         learner.fit(
             [Lesson(one.rows[::step], one.is_salient[::step], one.sight) for one in lessons]
         )
+        learner.cameras.note_all(self.learner.cameras)
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
 
