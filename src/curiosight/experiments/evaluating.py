@@ -178,7 +178,7 @@ def _scores(comparison: Comparison | None, config: Config, learner: SaliencyLear
 
 def _at_hand(config: Config, truth: Truth, learner: SaliencyLearner) -> DepthAtHand:
     is_depth = truth.kind == "ground truth" and config.teacher.is_depth
-    teacher = heard(config, truth.teacher) if is_depth else None
+    teacher = heard(config, truth.teacher) if is_depth and truth.teacher is not None else None
     return DepthAtHand(teacher, threshold=learner.threshold, seed=config.run.seed)
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.errors import DataError
-from curiosight.experiments.components import make_teacher, place
+from curiosight.experiments.components import heard, make_teacher, place
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
@@ -117,8 +117,11 @@ class LearnedMaps:
 
 
 def make_map_teacher(config: Config, dataset: Dataset) -> Teaches:
-    """Return what reads the depth at hand of a recording; `DataError` where it has none."""
+    """Return what reads the depth at hand of a recording; `DataError` where it has none.
+
+    Where the settings say so, it remembers what the frames before have shown.
+    """
     if config.teacher.is_depth and not dataset.has_depth:
         found = f"{dataset.name} has no depth to fuse with what was learned"
         raise DataError(place(dataset), found, "map it without --depth")
-    return make_teacher(config, dataset)
+    return heard(config, make_teacher(config, dataset))
