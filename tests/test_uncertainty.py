@@ -7,6 +7,8 @@ import numpy as np
 from curiosight.learner.experts import Experts
 from curiosight.learner.forest import Forest
 from curiosight.learner.novelty import SeenRows, nearest_distances
+from curiosight.learner.places import Places
+from curiosight.learner.sight import Sight
 from pictures import make_learner, picture, taught
 
 
@@ -37,16 +39,32 @@ def test_one_row_tells_nothing_and_two_equal_ones_are_no_failure() -> None:
     assert novelty.tolist() == [0, 1]
 
 
-def test_disagreement_is_twice_the_deviation_of_the_trees() -> None:
+def test_disagreement_is_the_deviation_of_the_trees() -> None:
     rng = np.random.default_rng(2)
     rows = rng.integers(0, 256, (400, 5), np.uint8)
     forest = Forest(n_features=5, n_trees=10, max_depth=4, seed=0)
     experts = Experts(forest)
     assert not experts.disagreement(rows).any()  # untrained: all say no
     forest.fit(rows, rng.random(400) < 0.5)
-    expected = np.minimum(2 * forest.votes(rows).std(axis=1), 1)
-    assert np.allclose(experts.disagreement(rows), expected, atol=1e-5)
-    assert experts.disagreement(rows).max() > 0.5
+    expected = forest.votes(rows).std(axis=1)
+    assert np.allclose(experts.disagreement(rows), expected, atol=1e-4)
+    assert experts.disagreement(rows).max() > 0.3
+
+
+def test_experts_that_contradict_each_other_are_heard() -> None:
+    rng = np.random.default_rng(3)
+    rows = rng.integers(0, 256, (400, 5), np.uint8)
+    bright = rows[:, 0] > 127
+    common, of_place = Forest(n_features=5, seed=0), Forest(n_features=5, seed=1)
+    common.fit(rows, bright)
+    of_place.fit(rows, ~bright)
+    experts = Experts(common, Places(2))
+    experts.of_place = (of_place,)
+    look = np.full(800, 9, np.uint8)
+    experts.places.add(Sight(look))
+    assert experts.chosen(Sight(look)) == {0: 1.0}
+    alone = of_place.votes(rows).std(axis=1)
+    assert np.median(experts.disagreement(rows, Sight(look))) > 0.4 > 0.2 > np.median(alone)
 
 
 def test_a_new_thing_is_unlike_anything_seen_which_is_not_not_salient() -> None:

@@ -17,6 +17,7 @@ from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
 from curiosight.experiments.comparing import Methods, choose_methods, is_network, split_names
+from curiosight.experiments.depth_at_hand import DEPTH, FUSED, DepthAtHand
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
@@ -118,10 +119,7 @@ def evaluate(
                 shown.advance()
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
-    _draw(evaluation.scores, folder)
-    curves = evaluation.at_hand.curves()
-    if curves:
-        reliability(curves, folder.file("reliability.png"))
+    _draw(evaluation.scores, evaluation.at_hand, folder)
     if evaluation.comparison is not None:
         given = {
             "folds": folds,
@@ -193,12 +191,16 @@ def _figure(value: float | None) -> str:
     return "none" if value is None else f"{value:.3f}"
 
 
-def _draw(scores: MapScores, folder: OutputFolder) -> None:
-    """Draw the curves of those parts of the pixels that show both classes."""
+def _draw(scores: MapScores, at_hand: DepthAtHand, folder: OutputFolder) -> None:
+    """Draw the curves of those parts of the pixels that show both classes, and of fused maps."""
     rankings = {part.replace("_", " "): scores.ranking(part) for part in PARTS}
+    rankings["all, fused with depth"] = at_hand.scores[FUSED].ranking()
     drawn = {name: ranking for name, ranking in rankings.items() if ranking.roc_auc is not None}
     if drawn:
         roc(drawn, folder.file("roc.png"))
+    curves = at_hand.curves()
+    if curves:
+        reliability(curves, folder.file("reliability.png"))
 
 
 def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
@@ -221,9 +223,10 @@ def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
     for name, table in metrics["reliability"].items():
         rows[f"calibration error, {name}"] = table["expected_calibration_error"]
     for name, table in metrics.get("depth_at_hand", {}).items():
-        rows[f"ROC AUC, {name}"] = table["roc_auc"]
-        rows[f"overall error, {name}"] = table["overall_error"]
-        rows[f"F1 at 0.5, {name}"] = f"{_figure(table['f1'])}, best {_figure(table['best_f1'])}"
+        title = {FUSED: "fused with depth", DEPTH: "depth alone"}[name]
+        rows[f"overall error, {title}"] = table["overall_error"]
+        rows[f"ROC AUC, {title}"] = table["roc_auc"]
+        rows[f"F1 at 0.5, {title}"] = f"{_figure(table['f1'])}, best {_figure(table['best_f1'])}"
     for part in PARTS[1:]:
         rows[f"ROC AUC, {part.replace('_', ' ')}"] = pooled[part]["roc_auc"]
     for name, table in list(metrics.get("methods", {}).items())[1:]:

@@ -105,10 +105,10 @@ class Experts:
         return votes
 
     def disagreement(self, rows: Rows, sight: Sight | None = None) -> npt.NDArray[np.float32]:
-        """Return (n,) in [0, 1] how far votes for (n, F) rows of a view are from being one.
+        """Return (n,) in [0, 0.5] how far votes for (n, F) rows of a view are from being one.
 
-        It is twice the standard deviation of the votes of all trees that are asked: 1 = half of
-        them say yes, half no. Beside a place's forest that of everywhere is asked, and counts as
+        It is the standard deviation of the votes of all trees that are asked: 0.5 = half of them
+        say yes, half no. Beside a place's forest that of everywhere is asked, and counts as
         much, so that experts that contradict each other are heard.
         """
         with self._lock:
@@ -121,8 +121,7 @@ class Experts:
             votes = forests[key].votes(rows)
             mean += np.float32(weight) * votes.mean(axis=1)
             square += np.float32(weight) * (votes**2).mean(axis=1)
-        deviation = np.sqrt(np.maximum(square - mean**2, 0))
-        return np.asarray(np.minimum(2 * deviation, 1))
+        return np.asarray(np.sqrt(np.maximum(square - mean**2, 0)))
 
     def seen_rows(self) -> list[Rows]:
         """Return the rows of all samples, of each forest by itself."""

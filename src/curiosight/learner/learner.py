@@ -340,7 +340,8 @@ class SaliencyLearner:
     ) -> npt.NDArray[np.float32]:
         """Return (n,) in [0, 1] how unsure the saliency of each row is; 1 while untrained.
 
-        Trees and experts contradict each other, or the row is unlike anything seen.
+        Trees and experts contradict each other, by which it is 0.5 at most, or the row is unlike
+        anything seen, which makes it 1.
         """
         rows = description.rows
         seen = self._seen() if self.is_trained else None
