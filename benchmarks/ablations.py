@@ -67,7 +67,7 @@ def _each_alone(boxes: Any, *_: Any, **__: Any) -> Any:
 
 def _never_doubtful(view: TopView, *args: Any) -> Kind:
     kind = _KIND(view, *args)
-    return Kind.TABLE if kind is Kind.DOUBTFUL else kind
+    return Kind.TABLE if kind in (Kind.DOUBTFUL, Kind.BARE) else kind
 
 
 _KIND = TopView.kind
@@ -106,9 +106,7 @@ RULES = (
     Rule("T6", "things.objects:join_feet", lambda *_, **__: None),
     Rule("T7", "things.objects:find_hollows", lambda number, *_: np.zeros_like(number)),
     # O: what is an object.
-    Rule("O1", "things.verdicts:_is_sparse", _no),
     Rule("O2", "things.verdicts:_is_part_of_table", _no),
-    Rule("O3", "things.verdicts:_goes_on_nearer", _no),
     Rule("O4", "things.verdicts:_is_part_of_wall", _no),
     Rule("O5", "things.verdicts:_turns_corner", _no),
     Rule("O6", "things.verdicts:_is_from_above", _no),

@@ -113,6 +113,13 @@ def _solid(name: str, *ranges: object) -> Furniture:
             return storage._cupboard(name, size, max(1, round(width / 0.5)), 1, rng)
 
 
+def sideboard(rng: np.random.Generator) -> Furniture:
+    """Draw a cupboard that is wider than any object."""
+    ranges = (1.7, 2.6), (0.35, 0.5), (0.7, 1.0)
+    width, depth, height = (float(rng.uniform(*side)) for side in ranges)
+    return storage._cupboard("sideboard", (width, depth, height), 4, 1, rng)
+
+
 BARE: dict[str, Draw] = {
     "report": cabinet_of_the_report,
     "cabinet": cabinet,
@@ -125,6 +132,7 @@ BARE: dict[str, Draw] = {
     "small-desk": small_desk,
     "table": tables.table,
     "sofa": soft.sofa,
+    "sideboard": sideboard,
 }
 LADEN: dict[str, Draw] = {
     "laden-side-table": side_table,

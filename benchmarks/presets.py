@@ -39,11 +39,13 @@ def variants() -> dict[str, Config]:
     taught = replace(paper, teacher=no_memory, segmentation=default.segmentation)
     superpixels = replace(taught, learner=replace(paper.learner, rows_per="superpixel"))
     soft = replace(superpixels, forest=replace(paper.forest, vote="soft"))
-    plain = replace(default.learner, contrast=False, follow_edges=False, blind_share=0.0)
+    bare = replace(default.learner, follow_edges=False, blind_share=0.0)
+    plain = replace(bare, features="colours", superpixels="seeds", n_superpixels=600)
     lab = replace(soft, learner=plain)
     alone = replace(default, teacher=no_memory)
     deep = replace(alone, learner=plain)
     contrast = replace(alone, learner=replace(plain, contrast=True))
+    cells = replace(alone, learner=bare)
     edges = replace(alone, learner=replace(default.learner, blind_share=0.0))
     steps = {
         "paper": paper,
@@ -53,6 +55,7 @@ def variants() -> dict[str, Config]:
         "+ Lab": lab,
         "+ deep, varied trees": deep,
         "+ contrast": contrast,
+        "+ cells, surroundings, texture, height": cells,
         "+ maps follow edges": edges,
         "+ blind share": alone,
         "default": default,

@@ -1,19 +1,21 @@
 """What each rule of the teacher is worth: it is left out, and every recording scored again.
 
-    python benchmarks/rules.py DATA [--rules T3 W2 …] [--frames 30]
+    python benchmarks/rules.py DATA [--rules T3 W2 …] [--columns arm exact …] [--frames 30]
     python benchmarks/rules.py --table
 
 The first leaves out one rule after the other on the recordings in the folder DATA and in drawn
-rooms, and keeps the figures in results/rules.json; the second writes the table of docs/teacher.md
-anew from them. A rule is a function, a test or a threshold, see `ablations.py`.
+rooms, and keeps the figures in results/rules.json, each beside those of the whole teacher in the
+same run; the second writes the table of docs/teacher.md anew from them. A rule is a function, a
+test or a threshold, see `ablations.py`.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,7 @@ from curiosight.datasets import Dataset, KnowsDistances, KnowsInstances
 from curiosight.datasets.dataset import InstanceTruth
 from curiosight.evaluation import TeacherScores, score_frame
 from curiosight.experiments.components import make_teacher
-from curiosight.frame import Frame, Label
+from curiosight.frame import Camera, Frame, Label
 from curiosight.worlds.sources import open_source
 
 RESULTS = Path(__file__).parent / "results" / "rules.json"
@@ -59,6 +61,10 @@ FURNITURE = {
     "laden furniture": ("laden-side-table", "laden-coffee-table", "laden-cabinet"),
 }
 FURNITURE_SEED = 4
+# What one column or another is for: a sensor that is as good as its range is long, cupboards that
+# are wider than any object and of whose corner no pose tells, and things that show no side.
+EXACT = "room:{seed},sensor=perfect,views=12"
+CUPBOARDS = ("sideboard", (4, 5, 6))
 # As for the figures reported: a Kinect's noise grows with the square of the distance.
 DRAWN_RANGE = 3.5
 # Less, in points, is not told.
@@ -68,9 +74,18 @@ LEAST = 0.05
 class Kept:
     """A recording with its frames and truths in memory, so that no rule pays for drawing it."""
 
-    def __init__(self, source: str | Dataset, n_frames: int, max_range: float = np.inf) -> None:
+    def __init__(
+        self,
+        source: str | Dataset,
+        n_frames: int,
+        max_range: float = np.inf,
+        *,
+        is_posed: bool = True,
+    ) -> None:
         self._dataset: Dataset = open_source(source) if isinstance(source, str) else source
         self._frames = [self._dataset[index] for index in range(len(self._dataset))]
+        if not is_posed:
+            self._frames = [replace(frame, T_world_camera=None) for frame in self._frames]
         known = [i for i in range(len(self)) if self._dataset.has_ground_truth(i)]
         chosen = np.linspace(0, len(known) - 1, min(n_frames, len(known))).astype(int)
         self.truths = {known[i]: self._dataset.ground_truth(known[i]) for i in chosen}
@@ -97,6 +112,44 @@ class Kept:
         depth = self._frames[index].depth
         assert depth is not None
         return ~(depth > self._max_range)
+
+
+class StraightDown:
+    """Three boxes on a table straight below the camera, which shows their tops alone."""
+
+    id = "straight-down"
+    has_depth = True
+    CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    # Row and column of each box's corner in the first image, and metres that it is high.
+    BOXES = ((120, 100, 0.10), (300, 260, 0.15), (450, 120, 0.20))
+
+    def __len__(self) -> int:
+        return 6
+
+    def __getitem__(self, index: int) -> Frame:
+        depth = np.random.default_rng(index).normal(1, 0.001, (480, 640)).astype(np.float32)
+        for rows, columns, height in self._windows(index):
+            depth[rows, columns] -= height
+        pose = np.diag([1.0, -1.0, -1.0, 1.0])
+        pose[:3, 3] = -0.02 * index, 0, 1.74
+        rgb = np.zeros((480, 640, 3), np.uint8)
+        return Frame(str(index), rgb, depth=depth, camera=self.CAMERA, T_world_camera=pose)
+
+    def has_ground_truth(self, index: int) -> bool:
+        return True
+
+    def ground_truth(self, index: int) -> npt.NDArray[np.uint8]:
+        """(H, W) uint8, codes of `Label`: the boxes and the table."""
+        truth = np.full((480, 640), Label.NOT_SALIENT, np.uint8)
+        for rows, columns, _ in self._windows(index):
+            truth[rows, columns] = Label.SALIENT
+        return truth
+
+    def _windows(self, index: int) -> list[tuple[slice, slice, float]]:
+        return [
+            (slice(v, v + 90), slice(u + 10 * index, u + 10 * index + 110), height)
+            for v, u, height in self.BOXES
+        ]
 
 
 @dataclass
@@ -135,36 +188,54 @@ def measure(recordings: Iterable[Kept], settings: Mapping[str, Any] | None = Non
         both = np.nan_to_num([total.precision, total.recall])
         good = 2 * float(both.prod() / max(both.sum(), 1e-9))
     overlap = (scores.table()["instances"] or {}).get("overlap_f")
-    return Tally(100 * good, 100 * n_recognised / max(n_rest, 1), overlap)
+    of_objects = None if overlap is None else 100 * overlap
+    figures = 100 * good, 100 * n_recognised / max(n_rest, 1), of_objects
+    return Tally(*(None if one is None else round(float(one), 3) for one in figures))
 
 
-def open_recordings(data: Path, n_frames: int) -> dict[str, list[Kept]]:
-    """Return the recordings of each column, those of the folder first."""
-    opened = {name: [Kept(str(data / folder), n_frames)] for name, folder in REAL.items()}
-    for name, source in DRAWN.items():
-        opened[name] = [Kept(source.format(seed=seed), n_frames, DRAWN_RANGE) for seed in SEEDS]
-    for name, kinds in FURNITURE.items():
-        views = [draw_views(kind, FURNITURE_SEED, "kinect") for kind in kinds]
-        opened[name] = [Kept(one, n_frames, DRAWN_RANGE) for one in views]
-    return opened
+def find_columns(data: Path, n_frames: int) -> dict[str, Callable[[], list[Kept]]]:
+    """Return what opens the recordings of each column, those of the folder first."""
+
+    def drawn(source: str, farthest: float = DRAWN_RANGE) -> list[Kept]:
+        return [Kept(source.format(seed=seed), n_frames, farthest) for seed in SEEDS]
+
+    def pieces(kinds: Iterable[str], seeds: Iterable[int], *, is_posed: bool = True) -> list[Kept]:
+        views = [draw_views(kind, seed, "kinect") for kind in kinds for seed in seeds]
+        return [Kept(one, n_frames, DRAWN_RANGE, is_posed=is_posed) for one in views]
+
+    columns: dict[str, Callable[[], list[Kept]]] = {
+        name: lambda folder=folder: [Kept(str(data / folder), n_frames)]  # type: ignore[misc]
+        for name, folder in REAL.items()
+    }
+    columns |= {name: partial(drawn, source) for name, source in DRAWN.items()}
+    columns |= {name: partial(pieces, kinds, [FURNITURE_SEED]) for name, kinds in FURNITURE.items()}
+    columns["exact"] = partial(drawn, EXACT, np.inf)
+    columns["long cupboards, no poses"] = partial(
+        pieces, CUPBOARDS[:1], CUPBOARDS[1], is_posed=False
+    )
+    columns["straight down"] = lambda: [Kept(StraightDown(), n_frames)]
+    return columns
 
 
 def leave_out(rules: Iterable[Rule], recordings: dict[str, list[Kept]]) -> None:
-    """Measure the teacher whole, then without each rule, and keep the figures."""
+    """Measure the teacher whole, then without each rule, and keep the figures of both."""
     kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    kept["whole"] = {name: asdict(measure(some)) for name, some in recordings.items()}
-    print("whole", kept["whole"], flush=True)
+    whole = {name: asdict(measure(some)) for name, some in recordings.items()}
+    kept["whole"] = kept.get("whole", {}) | whole
+    print("whole", whole, flush=True)
     for rule in rules:
         with rule.left_out() as settings:
             without = {name: asdict(measure(some, settings)) for name, some in recordings.items()}
-        kept[rule.key] = without
+        pairs = {name: [whole[name], without[name]] for name in recordings}
+        kept[rule.key] = kept.get(rule.key, {}) | pairs
         print(rule.key, _row(rule.key, kept), flush=True)
-        RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
+        lines = [f"{json.dumps(key)}: {json.dumps(figures)}" for key, figures in kept.items()]
+        RESULTS.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def _row(key: str, kept: dict[str, Any]) -> list[str]:
-    """Return what leaving a rule out costs on each recording, in points."""
-    return [_cell(kept["whole"][name], kept[key][name]) for name in kept["whole"]]
+    """Return what leaving a rule out costs on each recording, in points; "" = not measured."""
+    return [_cell(*kept[key][name]) if name in kept[key] else "" for name in kept["whole"]]
 
 
 def _cell(whole: dict[str, Any], without: dict[str, Any]) -> str:
@@ -197,12 +268,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("data", nargs="?", type=Path, help="folder of the recordings")
     parser.add_argument("--rules", nargs="+", help="keys of the rules to leave out; all")
+    parser.add_argument("--columns", nargs="+", help="of the table, to be measured; all")
     parser.add_argument("--frames", type=int, default=30, help="of each recording that count")
     parser.add_argument("--table", action="store_true", help="only write the table anew")
     arguments = parser.parse_args()
     if not arguments.table:
         chosen = [one for one in RULES if arguments.rules is None or one.key in arguments.rules]
-        leave_out(chosen, open_recordings(arguments.data, arguments.frames))
+        columns = find_columns(arguments.data, arguments.frames)
+        names = arguments.columns or list(columns)
+        leave_out(chosen, {name: columns[name]() for name in names})
     write_table()
 
 

@@ -58,9 +58,12 @@ def time_preset(
 def time_scikit_learn(
     settings: Any, rows: Any, learner: cs.SaliencyLearner, described: list[Any]
 ) -> dict[str, dict[str, float]]:
-    """Time the same update and prediction with scikit-learn's trees."""
+    """Time the same prediction, and four trees on as many samples, with scikit-learn's trees."""
     rng = np.random.default_rng(0)
-    share = rng.choice(len(rows), int(settings.share * len(rows)), replace=False)
+    share = settings.share
+    if settings.max_rows:
+        share = min(share, settings.max_rows / len(np.unique(rows, axis=0)))
+    drawn = rng.choice(len(rows), int(share * len(rows)), replace=False)
     options: dict[str, Any] = {
         "max_depth": settings.max_depth,
         "min_samples_split": settings.min_split,
@@ -69,10 +72,11 @@ def time_scikit_learn(
         "bootstrap": False,
         "random_state": 0,
     }
-    chosen, labels = rows[share], learner.forest.is_salient[share]
+    chosen, labels = rows[drawn], learner.forest.is_salient[drawn]
     forest = RandomForestClassifier(settings.n_trees, **options).fit(chosen, labels)
-    four = RandomForestClassifier(settings.n_regrown, **options)
+    four = RandomForestClassifier(4, **options)
     return {
+        "4 trees": timed(lambda _: learner.forest.regrow(range(4)), [0, 1, 2]),
         "scikit-learn: predict": timed(lambda d: forest.predict_proba(d.rows), described),
         "scikit-learn: 4 trees": timed(lambda _: four.fit(chosen, labels), [0, 1, 2]),
     }

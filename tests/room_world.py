@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.datasets import Dataset
-from curiosight.frame import Frame, Rgb
+from curiosight.frame import Frame
 from curiosight.worlds import ReplayWorld
 from room import ROOM, Box, kinect, look, render
 
@@ -50,9 +50,9 @@ class RoomRecording:
     def ground_truth(self, index: int) -> npt.NDArray[np.uint8] | None:
         return self.truths.get(index)
 
-    def labelled(self) -> list[tuple[Rgb, npt.NDArray[np.uint8]]]:
-        """Return images with their ground truth, as `HeldOut` takes them."""
-        return [(self.frames[index].rgb, truth) for index, truth in self.truths.items()]
+    def labelled(self) -> list[tuple[Frame, npt.NDArray[np.uint8]]]:
+        """Return frames with their ground truth, as `HeldOut` takes them."""
+        return [(self.frames[index], truth) for index, truth in self.truths.items()]
 
 
 def room_world(recording: Dataset) -> ReplayWorld:

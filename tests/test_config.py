@@ -65,7 +65,7 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
     assert {key: value for key, value in default.items() if value != paper[key]} == {
         "learner.rows_per": "superpixel",
         "learner.colour_space": "lab",
-        "learner.features": "surroundings+height",
+        "learner.features": "surroundings+texture+height",
         "learner.superpixels": "cells",
         "learner.n_superpixels": 1500,
         "learner.blind_share": 0.02,
@@ -75,8 +75,12 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "teacher.pipeline": "default",
         "teacher.temporal": True,
         "forest.max_depth": 24,
-        "forest.min_split": 200,
+        "forest.n_regrown": 2,
+        "forest.share": 0.9,
+        "forest.min_split": 80,
         "forest.n_split_features": 12,
+        "forest.n_levels": 128,
+        "forest.max_rows": 16_000,
         "forest.vote": "soft",
     }
 
@@ -244,6 +248,8 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         "max_depth": 3,
         "min_split": 50,
         "n_split_features": 6,
+        "n_levels": 64,
+        "max_rows": 500,
         "vote": "soft",
     }
 

@@ -49,9 +49,9 @@ class Diary:
         self.calls.append(("capture",))
         return f"frame {self.here}"
 
-    def observe(self, frame: str, group: int = 0) -> SimpleNamespace:
-        self.calls.append(("observe", frame, group))
-        return SimpleNamespace(error=group / 10)
+    def observe(self, frame: str) -> SimpleNamespace:
+        self.calls.append(("observe", frame))
+        return SimpleNamespace(error=(int(frame.split()[1]) - 10) / 10)
 
     def update(self, viewpoint: Viewpoint, error: float | None) -> None:
         self.calls.append(("update", viewpoint.index, error))
@@ -74,7 +74,7 @@ def test_every_step_chooses_looks_learns_and_takes_note_in_this_order() -> None:
             ("choose",),
             ("move_to", index),
             ("capture",),
-            ("observe", f"frame {index}", region),
+            ("observe", f"frame {index}"),
             ("update", index, error),
             ("progress", region),
         )
@@ -178,14 +178,6 @@ def test_errors_fall_and_progress_is_measured_where_it_looked_twice(room, teache
         n_looks[region] = n_looks.get(region, 0) + 1
         assert (step.learning_progress is None) == (n_looks[region] < 2)
     assert steps[-1].observation.frame.id == f"view-{steps[-1].viewpoint.index}"
-
-
-def test_samples_are_grouped_by_region(room, teacher) -> None:
-    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
-    steps = run(room, learner, 6)
-    n_in_group = np.bincount(learner.forest.groups, minlength=4)
-    n_in_region = np.bincount([step.viewpoint.region for step in steps], minlength=4)
-    assert (n_in_group == learner.n_pixels * n_in_region).all()
 
 
 def test_the_same_seed_explores_the_same_way(room, teacher) -> None:

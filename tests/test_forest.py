@@ -10,106 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curiosight.learner.forest import Forest
-from curiosight.learner.forest_kernels import add_votes, draw_points, find_cut, grow_tree
-
-MASK = 2**64 - 1
-
-
-class ReferenceRandom:
-    """Draw integers with splitmix64, in Python's own integers."""
-
-    def __init__(self, seed):
-        self.state = seed
-
-    def below(self, bound):
-        self.state = (self.state + 0x9E3779B97F4A7C15) & MASK
-        mixed = self.state
-        mixed = ((mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9) & MASK
-        mixed = ((mixed ^ (mixed >> 27)) * 0x94D049BB133111EB) & MASK
-        return ((mixed ^ (mixed >> 31)) >> 32) * bound >> 32
-
-
-def reference_points(rows, is_salient, n_drawn, random):
-    """Return the drawn rows, equal neighbours merged, and their (P, 2) class counts."""
-    drawn = []
-    for sample in range(len(rows)):
-        if random.below(len(rows) - sample) < n_drawn - len(drawn):
-            drawn.append(sample)
-    points, counts = [], []
-    for sample in drawn:
-        if not points or not np.array_equal(points[-1], rows[sample]):
-            points.append(rows[sample])
-            counts.append([0, 0])
-        counts[-1][int(is_salient[sample])] += 1
-    return np.array(points), np.array(counts)
-
-
-class ReferenceTree:
-    """Grow a tree in plain NumPy; as a nested (share, feature, threshold, left, right)."""
-
-    def __init__(self, points, counts, max_depth, min_split, n_tried, random):
-        self.max_depth, self.min_split, self.n_tried = max_depth, min_split, n_tried
-        self.random = random
-        self.features = np.arange(points.shape[1])
-        self.weights = np.maximum(counts.sum(axis=0)[::-1], 1)
-        self.root = self.grow(points, counts, 0)
-
-    def grow(self, points, counts, depth):
-        total = counts.sum(axis=0)
-        share = np.float32(total[1] * self.weights[1] / (total @ self.weights))
-        score = -1.0
-        if depth < self.max_depth and total.min() > 0 and total.sum() >= self.min_split:
-            score, feature, threshold = self.find_split(points, counts)
-        if score < 0:
-            return (share,)
-        is_left = points[:, feature] <= threshold
-        sides = {}
-        is_left_larger = 2 * is_left.sum() > len(points)
-        for side in [not is_left_larger, is_left_larger]:
-            chosen = is_left == side
-            sides[side] = self.grow(points[chosen], counts[chosen], depth + 1)
-        return share, int(feature), int(threshold), sides[True], sides[False]
-
-    def find_split(self, points, counts):
-        best = (-1.0, 0, 0)
-        for turn in range(len(self.features)):
-            if turn >= self.n_tried and best[0] >= 0:
-                break
-            if self.n_tried < len(self.features):
-                other = turn + self.random.below(len(self.features) - turn)
-                self.features[[turn, other]] = self.features[[other, turn]]
-            feature = self.features[turn]
-            score, threshold = reference_cut(points[:, feature], counts, self.weights)
-            if score > best[0]:
-                best = (score, feature, threshold)
-        return best
-
-
-def reference_cut(values, counts, weights):
-    """Return (score, threshold) of the first best cut of one feature; -1 if it is constant."""
-    present = np.unique(values)
-    if present.size == 1:
-        return -1.0, 0
-    total = counts.sum(axis=0)
-    left = np.array([counts[values <= value].sum(axis=0) for value in present[:-1]])
-    difference = (left[:, 1] * total[0] - left[:, 0] * total[1]).astype(float)
-    sides = (left @ weights).astype(float) * ((total - left) @ weights).astype(float)
-    scores = difference * difference / sides
-    best = int(scores.argmax())
-    return scores[best], (int(present[best]) + int(present[best + 1])) // 2
-
-
-def unpack(nodes, values, node=0):
-    """Return a grown tree in the form of `ReferenceTree`."""
-    left, feature, threshold = nodes[node] >> 24, nodes[node] >> 8 & 0xFFFF, nodes[node] & 255
-    if left == node:
-        return (values[node],)
-    children = unpack(nodes, values, left), unpack(nodes, values, left + 1)
-    return (values[node], int(feature), int(threshold), *children)
-
-
-def depth_of(tree):
-    return 0 if len(tree) == 1 else 1 + max(depth_of(tree[3]), depth_of(tree[4]))
+from curiosight.learner.forest_buffer import Samples
+from curiosight.learner.forest_draws import take_points
+from curiosight.learner.forest_growth import grow_tree
+from curiosight.learner.forest_kernels import add_votes, find_cut, make_room
+from reference_trees import ReferenceRandom, ReferenceTree, depth_of, reference_points, unpack
 
 
 def make_samples(rng, n_samples, n_features=6, n_levels=256):
@@ -123,15 +28,26 @@ def make_forest(**settings):
     return Forest(**{"n_features": 6, "n_trees": 6, "n_regrown": 2, "max_depth": 6} | settings)
 
 
-def assert_same_tree(rows, is_salient, *, max_depth=10, min_split=11, n_tried=None, n_drawn=None):
+def draw_points(rows, is_salient, share, state, shift=0):
+    """Return the (F, P) points that a tree grows on, and their packed class counts."""
+    samples = Samples.of(rows, is_salient, np.zeros(len(rows), np.int32))
+    columns, counts = samples.draw_samples(share, state)
+    return take_points(samples.table, columns, shift), counts
+
+
+def assert_same_tree(
+    rows, is_salient, *, max_depth=10, min_split=11, n_tried=None, share=1.0, shift=0
+):
     n_tried = rows.shape[1] if n_tried is None else n_tried
-    n_drawn = len(rows) if n_drawn is None else n_drawn
     state = np.array([7], np.uint64)
-    points, counts = draw_points(rows, is_salient, n_drawn, state)
-    nodes, values, depth = grow_tree(points, counts, max_depth, min_split, n_tried, state)
+    points, counts = draw_points(rows, is_salient, share, state, shift)
+    nodes, values, depth = grow_tree(points, counts, max_depth, min_split, n_tried, shift, state)
     random = ReferenceRandom(7)
+    n_drawn = max(1, round(share * len(rows)))
     drawn, drawn_counts = reference_points(rows, is_salient, n_drawn, random)
-    reference = ReferenceTree(drawn, drawn_counts, max_depth, min_split, n_tried, random)
+    reference = ReferenceTree(
+        drawn >> shift, drawn_counts, max_depth, min_split, n_tried, random, 2**shift
+    )
     assert unpack(nodes, values) == reference.root
     assert depth == depth_of(reference.root)
     assert random.state == int(state[0])
@@ -142,7 +58,14 @@ def assert_same_tree(rows, is_salient, *, max_depth=10, min_split=11, n_tried=No
 @pytest.mark.parametrize("n_levels", [2, 256])
 def test_tree_equals_reference_on_random_rows(n_samples, n_levels, n_tried):
     rows, is_salient = make_samples(np.random.default_rng(n_samples), n_samples, n_levels=n_levels)
-    assert_same_tree(rows, is_salient, n_tried=n_tried, n_drawn=-(-2 * n_samples // 3))
+    assert_same_tree(rows, is_salient, n_tried=n_tried, share=2 / 3)
+
+
+@pytest.mark.parametrize("n_tried", [2, 5, 6])
+@pytest.mark.parametrize("shift", [1, 2, 7])
+def test_tree_of_fewer_levels_equals_reference(shift, n_tried):
+    rows, is_salient = make_samples(np.random.default_rng(shift), 900)
+    assert_same_tree(rows, is_salient, n_tried=n_tried, shift=shift)
 
 
 @pytest.mark.parametrize("max_depth", [0, 1, 30])
@@ -177,6 +100,7 @@ def weighted_gini(counts, weights):
     return sum(parts) - sum(part * part for part in parts) / sum(parts)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=2, max_size=12))
 def test_cut_lowers_the_weighted_gini_impurity_most(bin_counts):
     bin_counts = np.array(bin_counts)
@@ -190,7 +114,7 @@ def test_cut_lowers_the_weighted_gini_impurity_most(bin_counts):
             impurities[value] = sides
     bins = bin_counts[:, 0] + (bin_counts[:, 1] << 32)
     packed = int(bins.sum())
-    score, threshold = find_cut(bins, 0, len(bins) - 1, packed, weights)
+    score, threshold = find_cut(bins, 0, len(bins) - 1, packed, weights, make_room())
     if not impurities:
         assert score == -1
     else:
@@ -279,7 +203,7 @@ def test_features_can_change_places(order):
     answers = []
     for columns in (rows, np.ascontiguousarray(rows[:, order])):
         state = np.array([1], np.uint64)
-        tree = grow_tree(*draw_points(columns, is_salient, 2000, state), 4, 11, 6, state)
+        tree = grow_tree(*draw_points(columns, is_salient, 2 / 3, state), 4, 11, 6, 0, state)
         answers.append(np.zeros(3000, np.float32))
         add_votes(*tree, columns, False, answers[-1])
     np.testing.assert_array_equal(answers[0], answers[1])

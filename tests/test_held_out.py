@@ -10,6 +10,7 @@ from curiosight.evaluation import HeldOut
 from curiosight.evaluation.held_out import GRID
 from curiosight.experiments.components import make_learner
 from curiosight.frame import Label
+from curiosight.learner.experts import COMMON, Change
 from curiosight.learner.learner import SaliencyLearner, fit_labels
 from curiosight.metrics import f1_error
 from curiosight.teacher import Teacher, survey_recording
@@ -29,9 +30,9 @@ def make_room_learner(room: RoomRecording, preset: str, seed: int = 0) -> Salien
 def plain_error(learner: SaliencyLearner, room: RoomRecording, *, grid: int = 1) -> float:
     """Average 1 - F1 over the frames' maps, each made anew, on every `grid`-th pixel."""
     errors = []
-    for rgb, truth in room.labelled():
-        description = learner.describe(rgb)
-        saliency = learner.predict(description)[description.row_of_pixel]
+    for frame, truth in room.labelled():
+        description = learner.describe(frame.rgb)
+        saliency = learner.predict(description, frame.T_world_camera)[description.row_of_pixel]
         labels = fit_labels(truth, description)
         errors.append(f1_error(labels[::grid, ::grid], saliency[::grid, ::grid]))
     return float(np.mean(errors))
@@ -44,8 +45,8 @@ def test_asking_only_regrown_trees_gives_what_asking_all_gives(room, preset: str
     grid = {"superpixel": 1, "pixel": GRID}[learner.rows_per]
     assert held_out.overall_error() == 1
     for frame in room.frames:
-        regrown = learner.observe(frame).regrown
-        error = held_out.overall_error(regrown)
+        change = learner.observe(frame).change
+        error = held_out.overall_error(change)
         assert error == pytest.approx(plain_error(learner, room, grid=grid), abs=1e-12)
         assert error == HeldOut(learner, room.labelled()).overall_error()
 
@@ -66,21 +67,23 @@ def test_only_the_regrown_trees_are_asked(room) -> None:
     learner.forest.votes = lambda rows, trees=None: (  # type: ignore[method-assign]
         asked.append(30 if trees is None else len(trees)) or votes(rows, trees)
     )
+    changes = []
     for frame in room.frames[:3]:
-        held_out.overall_error(learner.observe(frame).regrown)
-    held_out.overall_error(())
+        changes.append(learner.observe(frame).change)
+        held_out.overall_error(changes[-1])
+    held_out.overall_error(Change({}))
     held_out.overall_error()
-    assert asked == [30, 4, 4, 30]
+    assert asked == [30, *(change.n_regrown for change in changes[1:]), 30]
 
 
 def test_frames_without_anything_salient_are_left_out(room) -> None:
     learner = make_room_learner(room, "default")
     learner.observe(room.frames[0])
-    rgb, truth = room.labelled()[0]
+    frame, truth = room.labelled()[0]
     bare = np.where(truth == Label.SALIENT, Label.UNKNOWN, truth).astype(np.uint8)
     unlabelled = np.full_like(truth, Label.UNKNOWN)
-    alone = HeldOut(learner, [(rgb, truth)])
-    among = HeldOut(learner, [(rgb, bare), (rgb, truth), (rgb, unlabelled)])
+    alone = HeldOut(learner, [(frame, truth)])
+    among = HeldOut(learner, [(frame, bare), (frame, truth), (frame, unlabelled)])
     assert among.n_frames == alone.n_frames == 1
     assert among.overall_error() == alone.overall_error()
 
@@ -89,22 +92,22 @@ def test_frames_without_anything_salient_are_left_out(room) -> None:
 def test_without_any_frame_there_is_no_error(room, n_bare: int) -> None:
     learner = make_room_learner(room, "default")
     learner.observe(room.frames[0])
-    rgb = room.frames[0].rgb
-    held_out = HeldOut(learner, [(rgb, np.zeros(rgb.shape[:2], np.uint8))] * n_bare)
+    frame = room.frames[0]
+    held_out = HeldOut(learner, [(frame, np.zeros(frame.rgb.shape[:2], np.uint8))] * n_bare)
     assert held_out.n_frames == 0
     assert held_out.overall_error() is None
-    assert held_out.overall_error((0, 1)) is None
+    assert held_out.overall_error(Change({COMMON: (0, 1)})) is None
 
 
 def test_pixels_that_are_neither_do_not_count(room) -> None:
     learner = make_room_learner(room, "default")
     for frame in room.frames[:3]:
         learner.observe(frame)
-    rgb, truth = room.labelled()[0]
-    description = learner.describe(rgb)
+    frame, truth = room.labelled()[0]
+    description = learner.describe(frame.rgb)
     labels = fit_labels(truth, description)
-    is_found = learner.predict(description)[description.row_of_pixel] > 0.5
+    is_found = learner.predict(description, frame.T_world_camera)[description.row_of_pixel] > 0.5
     is_wrong = is_found != (labels == Label.SALIENT)
-    assert HeldOut(learner, [(rgb, labels)]).overall_error() > 0
+    assert HeldOut(learner, [(frame, labels)]).overall_error() > 0
     labels[is_wrong] = Label.UNKNOWN
-    assert HeldOut(learner, [(rgb, labels)]).overall_error() == 0
+    assert HeldOut(learner, [(frame, labels)]).overall_error() == 0

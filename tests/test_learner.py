@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from curiosight.frame import Frame, Label
+from curiosight.learner.experts import COMMON
 from curiosight.learner.features import N_FEATURES, RowsPer
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import Description, SaliencyLearner, fit_labels
@@ -39,7 +40,7 @@ def test_an_untrained_learner_sees_nothing_salient(rows_per: RowsPer) -> None:
     observation = learner.observe(picture())
     assert not observation.saliency.any()
     assert observation.error == 1
-    assert observation.regrown == tuple(range(30))
+    assert observation.change.trees == {COMMON: tuple(range(30))}
 
 
 @ROWS_PER
@@ -98,14 +99,14 @@ def test_scores_and_error_are_from_before_learning(rows_per: RowsPer) -> None:
 def test_a_frame_without_any_object_has_no_error_and_still_teaches() -> None:
     learner = make_learner()
     bare = learner.observe(picture(0, n_things=0))
-    assert (bare.error, bare.regrown) == (None, ())
+    assert (bare.error, bare.change.n_regrown) == (None, 0)
     assert learner.forest.n_samples == 700
     assert not learner.forest.is_salient.any()
     assert not learner.saliency(picture(1).rgb).any()
     learner.observe(picture(1))
     bare = learner.observe(picture(2, n_things=0))
     assert bare.error is None
-    assert len(bare.regrown) == 4
+    assert bare.change.n_regrown == 4
     assert learner.forest.n_samples == 2100
 
 
@@ -116,7 +117,7 @@ def test_a_frame_with_a_problem_teaches_nothing(teacher: RedThings | Teacher) ->
     n_samples, before = learner.forest.n_samples, learner.saliency(picture(5).rgb)
     damaged = Frame("damaged", np.zeros((240, 320, 3), np.uint8), problem="truncated")
     observation = learner.observe(damaged)
-    assert (observation.error, observation.regrown) == (None, ())
+    assert (observation.error, observation.change.n_regrown) == (None, 0)
     assert observation.segmentation.problem == "truncated"
     assert learner.forest.n_samples == n_samples
     assert np.array_equal(learner.saliency(picture(5).rgb), before)
@@ -126,7 +127,7 @@ def test_exactly_the_four_trees_it_names_change() -> None:
     learner = taught()
     rows = learner.describe(picture(8).rgb).rows
     before = learner.forest.votes(rows)
-    regrown = list(learner.observe(picture(3)).regrown)
+    regrown = list(learner.observe(picture(3)).change.trees[COMMON])
     has_changed = (learner.forest.votes(rows) != before).any(axis=0)
     assert len(set(regrown)) == 4
     assert has_changed[regrown].any()
@@ -143,11 +144,14 @@ def test_at_most_n_pixels_of_a_frame_are_learned(n_labelled: int, n_learned: int
     assert learner.forest.n_samples == n_learned
 
 
-def test_samples_carry_their_group() -> None:
+def test_samples_carry_their_spot() -> None:
     learner = make_learner(n_pixels=50)
-    for group in (7, -1, 7):
-        learner.observe(picture(group + 1), group)
-    assert learner.forest.groups.tolist() == 50 * [7] + 50 * [-1] + 50 * [7]
+    for seed, spot in ((8, 7), (0, 2), (8, 7)):
+        frame = picture(seed)
+        description = learner.describe(frame.rgb)
+        labels = fit_labels(RedThings().segment(frame).labels, description)
+        learner.learn(description, labels, spot)
+    assert learner.forest.groups.tolist() == 50 * [7] + 50 * [2] + 50 * [7]
 
 
 LABEL_VALUES = st.sampled_from([*Label, 3])

@@ -35,7 +35,7 @@ def test_a_saved_model_comes_back_whole_and_goes_on_learning(tmp_path: Path) -> 
     assert np.array_equal(loaded.forest.rows, learner.forest.rows)
     assert (loaded.rows_per, loaded.colour_space) == ("superpixel", "lab")
     assert loaded.contrast
-    assert len(loaded.observe(picture(3)).regrown) == 4
+    assert loaded.observe(picture(3)).change.n_regrown == 4
     assert loaded.forest.n_samples == 4 * 90
 
 

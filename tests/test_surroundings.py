@@ -16,6 +16,7 @@ from curiosight.learner.features.surroundings import (
 )
 from curiosight.learner.features.texture import describe_texture
 from pictures import noise_in_blocks
+from test_contrast import contrast_of
 
 Image = npt.NDArray[np.uint8]
 RINGS = (7, 18)
@@ -48,8 +49,7 @@ def numbers_of(image: Image, inside: np.ndarray) -> np.ndarray:
     numbers = [*mean, *2 * deviation]
     for du, dv in PLACES[1:]:
         numbers += [*box(image, u + du, v + dv, 4).mean(axis=(0, 1))]
-    for reach in (5, 10, 21, 42):
-        numbers += [*(mean - box(image, u, v, reach).mean(axis=(0, 1)) + 128)]
+    numbers += [*contrast_of(image, inside.astype(int), 1)[:12]]
     for ring in RINGS:
         boxes = [box(image, u + ring * x, v + ring * y, ring // 2)[..., 0] for x, y in AROUND]
         darker = [one.mean() < mean[0] - 2 for one in boxes]
@@ -98,7 +98,7 @@ def test_columns_have_names_in_the_order_of_the_rows() -> None:
     row = dict(zip(surroundings.columns, surroundings(image, superpixels)[1].tolist(), strict=True))
     assert [row[f"{channel} here"] for channel in "Lab"] == [180, 90, 30]
     assert row["a at -25 +0"] == row["b at +0 +100"] == row["L deviation"] == 0
-    assert row["a contrast 42"] == 128 + 90 - round(90 * 81 / 85**2)
+    assert row["a contrast 4"] < row["a contrast 32"] <= 128 + 90
     assert (row["darker at 18"], row["turns at 18"]) == (8 * 31, 0)
 
 
@@ -125,6 +125,7 @@ def test_sums_that_run_over_do_no_harm() -> None:
     assert describe_texture(image, superpixels)[1].tolist() == [0, 0, 128, 128]
     assert (row[6:42] == 255).all()
     assert (row[42:54] == 128).all()
+    assert row[54:].tolist() == [0, 0, 0, 0]
 
 
 def test_height_is_the_mean_line() -> None:

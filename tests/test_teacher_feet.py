@@ -46,7 +46,7 @@ def test_feet_are_joined_as_the_plain_rule_says() -> None:
     heights = rng.uniform(-0.02, 0.08, points.depth.shape).astype(np.float32)
     expected = joined_by_numpy(number, are_objects, free, heights, points.depth)
     before = number.copy()
-    join_feet(number, are_objects, free, heights, points, slab=SLAB, noise=NOISE)
+    join_feet(number, are_objects, free, heights, points.depth, SLAB, NOISE)
     assert np.count_nonzero(expected != before) > 500
     np.testing.assert_array_equal(number, expected)
 
@@ -59,6 +59,6 @@ def test_nothing_is_joined_to_what_is_no_object() -> None:
     heights = np.full(points.depth.shape, 0.03, np.float32)
     free = np.ones(points.depth.shape, np.bool_)
     are_objects = np.array([False, False, True])
-    join_feet(number, are_objects, free, heights, points, slab=SLAB, noise=NOISE)
+    join_feet(number, are_objects, free, heights, points.depth, SLAB, NOISE)
     assert not number[20:, :30].any()
     assert number[20, 30:].any()

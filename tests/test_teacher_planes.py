@@ -27,8 +27,8 @@ from curiosight.teacher.cloud.planes import (
 from curiosight.teacher.cloud.points import Points, observe_points
 from curiosight.teacher.cloud.up import (
     CAMERA_UP_PRIOR,
+    _between,
     _sum_facing,
-    _take_between,
     _vote,
     across,
     up_from_normals,
@@ -242,7 +242,7 @@ def test_normals_are_summed_around_a_direction_and_counted_per_cell() -> None:
     _vote(normals[has_area], area[has_area], axes, votes)
     np.testing.assert_allclose(votes, expected, rtol=1e-5)
     is_between = has_area & (normals @ up > -0.2) & (normals @ up < 0.6)
-    some, area_of_some = _take_between(normals, area, up, -0.2, 0.6)
+    some, area_of_some = _between(normals, area, up, -0.2, 0.6)
     np.testing.assert_array_equal(some, normals[is_between])
     np.testing.assert_array_equal(area_of_some, area[is_between])
     normal = np.cross(up_at(25), up_at(60))

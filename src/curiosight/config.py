@@ -89,9 +89,9 @@ class ForestConfig:
     """The forest (sec. II-A.3).
 
     n_split_features: 0 = all of them.
+    n_levels: values of a feature that a split tells apart, a power of 2 up to 256.
     max_rows: a tree draws rows with all their samples, about so many at most, and the oldest trees
         regrow; 0 = it draws samples, and random trees do, as in the paper.
-    n_split_rows: of a node with more rows so many are searched for its split; 0 = all.
     """
 
     n_trees: int = 30
@@ -101,8 +101,8 @@ class ForestConfig:
     max_depth: int = 10
     min_split: int = 11
     n_split_features: int = 0
+    n_levels: int = 256
     max_rows: int = 0
-    n_split_rows: int = 0
     vote: Literal["hard", "soft"] = "hard"
 
 
@@ -182,7 +182,7 @@ class Config:
 
         `paper` is the paper's method to the letter. `default` has a teacher that knows tables
         and floors, and learns from what several views agree on; it describes superpixels instead
-        of pixels, in Lab, by their surroundings and height, and grows deeper, more varied trees
+        of pixels, in Lab, by their surroundings and texture, and grows deeper, more varied trees
         that answer in shares: measured to be faster and better (`benchmarks/`).
         """
         if preset == "paper":
@@ -194,7 +194,7 @@ class Config:
             teacher=TeacherConfig(pipeline="default", temporal=True),
             segmentation=SegmentationSettings(follow_sensor=True),
             learner=LearnerConfig(
-                features="surroundings+height",
+                features="surroundings+texture+height",
                 rows_per="superpixel",
                 colour_space="lab",
                 superpixels="cells",
@@ -206,11 +206,13 @@ class Config:
                 is_calibrated=True,
             ),
             forest=ForestConfig(
+                n_regrown=2,
+                share=0.9,
                 max_depth=24,
-                min_split=40,
+                min_split=80,
                 n_split_features=12,
-                max_rows=8000,
-                n_split_rows=1024,
+                n_levels=128,
+                max_rows=16_000,
                 vote="soft",
             ),
         )

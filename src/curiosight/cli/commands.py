@@ -27,7 +27,7 @@ COMMANDS = {
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
     "export": "Write a recording as an RL-IAC folder, which the program of the paper's authors "
     "reads.",
-    "render": "Render a room that is drawn by seed: colour, depth, poses and ground truth.",
+    "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",
     "score-teacher": "Score the teacher's labels, and its objects, against ground truth.",
     "bench": "Time the stages of the method, frame by frame, on one thread.",
 }

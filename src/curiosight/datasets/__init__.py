@@ -38,6 +38,7 @@ from curiosight.datasets.layouts.tum_associations import TumAssociations
 from curiosight.datasets.layouts.tum_one_list import TumOneList
 from curiosight.datasets.layouts.tum_rgbd import TumRgbd
 from curiosight.datasets.layouts.video import Video
+from curiosight.datasets.places import known_places
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.datasets.reading import AS_RECORDED, Reading
 from curiosight.datasets.recording import Recording
@@ -84,6 +85,7 @@ __all__ = [
     "Video",
     "check_dataset",
     "find_doubts",
+    "known_places",
     "open_dataset",
     "write_rl_iac",
 ]

@@ -21,7 +21,7 @@ from curiosight.learner.learner import Saliency, SaliencyLearner, Teaches
 MapsOf = Callable[[Frame], Mapping[str, npt.NDArray[Any]]]
 SEEN, UNCERTAINTY, PROBABILITY = "seen", "uncertainty", "probability"
 # Of decoded frames: the few that are decoded ahead.
-FRAMES_MB = 16
+FRAMES_MB = 8
 
 
 class MapWriting:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.learner.drift import Drift
 from curiosight.learner.features import Rows
 from curiosight.learner.forest import Forest
 from curiosight.learner.places import Places
@@ -22,6 +23,8 @@ Arrays = dict[str, npt.NDArray[np.generic]]
 COMMON = -1
 # The part of the samples, and of each frame's, that the common forest keeps beside others.
 COMMON_SHARE = 0.25
+# Of a place that has changed so many old samples leave for each new one.
+FORGETTING = 2
 # A place that a view is less likely of is not asked.
 MIN_WEIGHT = 0.02
 
@@ -31,10 +34,12 @@ class Change(NamedTuple):
 
     trees: of each forest, by its place or `COMMON`, those that were grown anew.
     is_rearranged: places were divided anew, so that every forest may be another.
+    has_drifted: its place is no longer what was learned of it, see `Drift`.
     """
 
     trees: Mapping[int, tuple[int, ...]]
     is_rearranged: bool = False
+    has_drifted: bool = False
 
     @property
     def n_regrown(self) -> int:
@@ -58,7 +63,7 @@ class Experts:
 
     A sample carries the spot that it was seen from, so that it moves with it where places are
     divided anew; a new place starts with the trees of the one that most of its samples come
-    from.
+    from. Where a place has changed, what was learned before leaves first.
     """
 
     def __init__(self, common: Forest, places: Places | None = None) -> None:
@@ -69,6 +74,9 @@ class Experts:
         self._n_regrown = common.n_regrown
         self._place_of_spot: Numbers = np.empty(0, np.int64)
         self._is_rearranged = False
+        # Of each place: its errors, and how many of its oldest samples are of what it was.
+        self._drifts: dict[int, Drift] = {}
+        self._n_stale: dict[int, int] = {}
         # Held where places and their forests must fit each other.
         self._lock = Lock()
 
@@ -150,21 +158,40 @@ class Experts:
             self._arrange(self.places.place_of_spot)
         return spot
 
-    def update(self, rows: Rows, is_salient: Labels, spot: int) -> Change:
+    def update(
+        self, rows: Rows, is_salient: Labels, spot: int, error: float | None = None
+    ) -> Change:
         """Learn from a frame's samples, drawn in random order: its place all, the common some.
 
         spot: where they were seen from, see `note`.
+        error: of the frame before it is learned from; None = nothing in it was salient.
         """
         is_rearranged, self._is_rearranged = self._is_rearranged, False
-        if not self.of_place:
-            return Change({COMMON: self.common.update(rows, is_salient, spot)}, is_rearranged)
-        place = int(self._place_of_spot[spot])
-        some = slice(None, None, round(1 / COMMON_SHARE))
-        trees = {
-            COMMON: self.common.update(rows[some], is_salient[some], spot),
-            place: self.of_place[place].update(rows, is_salient, spot),
-        }
-        return Change(trees, is_rearranged)
+        place = int(self._place_of_spot[spot]) if self.of_place else COMMON
+        forest = self._forest(place)
+        has_drifted = self.is_trained and self._note_error(place, error)
+        n_stale = self._n_stale.get(place, 0)
+        n_forgotten = min(n_stale, FORGETTING * len(rows))
+        if n_forgotten:
+            forest.forget(n_forgotten)
+            self._n_stale[place] = n_stale - n_forgotten
+        trees = {place: forest.update(rows, is_salient, spot)}
+        if place != COMMON:
+            some = slice(None, None, round(1 / COMMON_SHARE))
+            trees[COMMON] = self.common.update(rows[some], is_salient[some], spot)
+        return Change(trees, is_rearranged, has_drifted)
+
+    def _note_error(self, place: int, error: float | None) -> bool:
+        """Tell whether a place has changed; if so all that it knows is of what it was."""
+        if self.places is None or error is None:
+            return False
+        has_drifted = self._drifts.setdefault(place, Drift()).add(error)
+        if has_drifted:
+            self._n_stale[place] = self._forest(place).n_samples
+        return has_drifted
+
+    def _forest(self, place: int) -> Forest:
+        return self.common if place == COMMON else self.of_place[place]
 
     def fit(self, lessons: Sequence[Lesson]) -> None:
         """Forget everything, then learn from views at once: the off-line model."""
@@ -200,6 +227,7 @@ class Experts:
         arrived = range(n_places if n_places > 1 else 0)
         self.of_place = tuple(self._gather(sources, place) for place in arrived)
         self._is_rearranged = True
+        self._drifts, self._n_stale = {}, {}
 
     def _gather(self, sources: Iterable[Forest], place: int) -> Forest:
         """Return the forest of a place: its samples, and the trees of who had most of them."""

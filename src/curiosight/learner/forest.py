@@ -10,30 +10,17 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.learner.forest_buffer import Samples
-from curiosight.learner.forest_draws import (
-    ALL_KEYS,
-    Keys,
-    count_rows,
-    draw_rows,
-    draw_samples,
-    find_unseen,
-    take_points,
-    take_rows,
-)
+from curiosight.learner.forest_buffer import DistinctRows, Samples
+from curiosight.learner.forest_draws import ALL_KEYS, Keys, find_unseen, take_points, take_rows
 from curiosight.learner.forest_growth import grow_tree
-from curiosight.learner.forest_kernels import (
-    FEATURE_BITS,
-    Indices,
-    Packed,
-    RandomState,
-    Rows,
-    add_votes,
-)
+from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows, add_votes
 from curiosight.learner.forest_trees import Arrays, Tree, pack_draws, pack_trees, unpack_trees
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 Result = TypeVar("Result")
+
+# By how many of its lowest bits a value may lose.
+LEVELS = tuple(N_BINS >> shift for shift in range(8))
 
 
 class Known(NamedTuple):
@@ -41,17 +28,6 @@ class Known(NamedTuple):
 
     trees: tuple[Tree, ...]
     samples: Samples
-
-
-class DistinctRows(NamedTuple):
-    """The buffer's rows, (R,) columns of its table and class counts, and how many a tree draws.
-
-    bound: out of `ALL_KEYS`, see `draw_rows`.
-    """
-
-    columns: Indices
-    counts: Packed
-    bound: int
 
 
 class Forest:
@@ -64,11 +40,11 @@ class Forest:
     max_samples: size of the buffer; beyond it uniformly random samples leave, new or old.
     min_split: a node of fewer samples is a leaf; so are pure nodes and those at `max_depth`.
     n_split_features: how many random features a split chooses from; None = all.
+    n_levels: how many values of a feature a split tells apart, a power of 2.
     max_rows: a tree draws rows, with all samples that share each, instead of samples, and some
         `max_rows` at most. The oldest trees regrow; while they are small, more than `n_regrown`,
         as many as draw no more than `n_regrown * max_rows` together. So an update takes the same
         time, however full the buffer. None = neither, as the paper has it.
-    n_split_rows: of a node with more rows so many are searched for its split; None = all.
     vote: what a tree answers: `hard` = its leaf's majority, 0 or 1 (a tie is 0); `soft` = the
         salient share of its leaf.
     n_threads: trees grown at the same time; the result does not depend on it.
@@ -92,8 +68,8 @@ class Forest:
         max_depth: int = 10,
         min_split: int = 11,
         n_split_features: int | None = None,
+        n_levels: int = N_BINS,
         max_rows: int | None = None,
-        n_split_rows: int | None = None,
         vote: Literal["hard", "soft"] = "hard",
         seed: int | np.random.Generator = 0,
         n_threads: int = 1,
@@ -106,8 +82,9 @@ class Forest:
         _check_range("max_depth", max_depth, 0)
         _check_range("min_split", min_split, 2)
         _check_range("n_split_features", n_split_features, 1, n_features)
+        if n_levels not in LEVELS:
+            raise ValueError(f"n_levels: expected one of {LEVELS}, got {n_levels}")
         _check_range("max_rows", 1 if max_rows is None else max_rows, 1)
-        _check_range("n_split_rows", 2 if n_split_rows is None else n_split_rows, 2)
         _check_range("n_threads", n_threads, 1)
         if not 0 < share <= 1:
             raise ValueError(f"share: expected a number in (0, 1], got {share}")
@@ -121,8 +98,8 @@ class Forest:
         self.max_depth = max_depth
         self.min_split = min_split
         self.n_split_features = n_split_features
+        self.n_levels = n_levels
         self.max_rows = max_rows
-        self.n_split_rows = n_split_rows
         self.vote = vote
         self.n_threads = n_threads
         self._rng = np.random.default_rng(seed)
@@ -184,6 +161,11 @@ class Forest:
         trees, samples = self._known
         self._known = Known(trees, samples.with_more(*new, self.max_samples, self._rng))
 
+    def forget(self, n_oldest: int) -> None:
+        """Drop the oldest samples; trees that grew from them stay until they regrow."""
+        trees, samples = self._known
+        self._known = Known(trees, samples.without_oldest(n_oldest))
+
     def regrow(self, trees: Sequence[int] | None = None) -> tuple[int, ...]:
         """Grow these trees anew from the buffer, and return them; None = those of an update.
 
@@ -242,7 +224,7 @@ class Forest:
 
         chosen: (n,) places in the buffer; None = all.
         """
-        rows, keys, trees = self._read(partial(_rows_of, chosen))
+        rows, keys, trees, of_sample = self._read(partial(_rows_of, chosen))
         total, n_votes = np.zeros(len(rows), np.float32), np.zeros(len(rows), np.int64)
         places = np.arange(len(rows), dtype=np.int32)
         for tree in trees:
@@ -252,12 +234,13 @@ class Forest:
             add_votes(tree.nodes, tree.values, tree.depth, rows[unseen], is_hard, votes)
             total[unseen] += votes
             n_votes[unseen] += 1
-        return np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.float32(np.nan))
+        means = np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.nan)
+        return means.astype(np.float32)[of_sample]
 
     def settings(self) -> dict[str, int | float | str]:
         """Return what `__init__` needs for another such forest, but seed and threads.
 
-        What version 0.1 did not have is among them only where it is not None.
+        What version 0.1 did not have is among them only where it is set.
         """
         settings: dict[str, int | float | str] = {
             "n_features": self.n_features,
@@ -270,10 +253,10 @@ class Forest:
             "n_split_features": self.n_split_features,
             "vote": self.vote,
         }
+        if self.n_levels != N_BINS:
+            settings["n_levels"] = self.n_levels
         if self.max_rows is not None:
             settings["max_rows"] = self.max_rows
-        if self.n_split_rows is not None:
-            settings["n_split_rows"] = self.n_split_rows
         return settings
 
     def another(self, *, max_samples: int, n_regrown: int) -> Forest:
@@ -366,14 +349,15 @@ class Forest:
 
         Each tree has its own seed, drawn before any thread starts.
         """
-        rows = None if self.max_rows is None else self._distinct_rows(samples, self.max_rows)
+        rows = None if self.max_rows is None else samples.distinct_rows()
+        bound = ALL_KEYS if rows is None else self._bound(len(rows.columns))
         if not trees:
             indices = np.arange(self.n_trees if samples.has_both() else 0)
         elif indices is None:
-            indices = self._choose(trees, rows)
-        seeds = self._rng.integers(0, 2**64, indices.size, dtype=np.uint64)
+            indices = self._choose(trees, rows, bound)
+        seeds = self._rng.integers(0, 2**64, indices.size, dtype=np.uint64).tolist()
         birth = 1 + max((tree.birth for tree in trees), default=0)
-        grow = partial(self._grow, samples, rows, birth)
+        grow = partial(self._grow, samples, rows, bound, birth)
         if self.n_threads == 1:
             grown = [grow(seed) for seed in seeds]
         else:
@@ -383,55 +367,41 @@ class Forest:
         self._known = Known(tuple(after[index] for index in sorted(after)), samples)
         return tuple(indices.tolist())
 
-    def _distinct_rows(self, samples: Samples, max_rows: int) -> DistinctRows:
-        """Return the rows of the samples, and of how many a tree is to grow."""
-        columns, counts = count_rows(samples.columns, samples.is_salient)
-        share = min(self.share, max_rows / max(1, len(columns)))
-        return DistinctRows(columns, counts, round(share * ALL_KEYS))
+    def _bound(self, n_rows: int) -> int:
+        """Return how many of `ALL_KEYS` a tree draws of so many rows."""
+        most = n_rows if self.max_rows is None else self.max_rows
+        return round(ALL_KEYS * min(self.share, most / max(1, n_rows)))
 
-    def _choose(self, trees: tuple[Tree, ...], rows: DistinctRows | None) -> npt.NDArray[np.int64]:
+    def _choose(
+        self, trees: tuple[Tree, ...], rows: DistinctRows | None, bound: int
+    ) -> npt.NDArray[np.int64]:
         """Return the trees that an update grows anew, see `max_rows`."""
         if rows is None or self.max_rows is None:
             return self._rng.choice(self.n_trees, self.n_regrown, replace=False)
-        n_rows = rows.bound / ALL_KEYS * len(rows.columns)
-        n_affordable = int(self.n_regrown * self.max_rows / max(1.0, n_rows))
+        n_drawn = bound / ALL_KEYS * len(rows.columns)
+        n_affordable = int(self.n_regrown * self.max_rows / max(1.0, n_drawn))
         n_regrown = min(self.n_trees, max(self.n_regrown, n_affordable))
         return np.argsort([tree.birth for tree in trees], kind="stable")[:n_regrown]
 
     def _grow(
-        self, samples: Samples, rows: DistinctRows | None, birth: int, seed: np.uint64
+        self, samples: Samples, rows: DistinctRows | None, bound: int, birth: int, seed: int
     ) -> Tree:
-        """Grow one tree on what it draws of the samples, or of their rows."""
-        state = np.array([seed], np.uint64)
+        """Grow one tree on what it draws: of the rows, or of the samples where there are none."""
+        state, shift = np.array([seed], np.uint64), LEVELS.index(self.n_levels)
         if rows is None:
-            columns, counts = self._draw_samples(samples, state)
-            bound = ALL_KEYS
+            drawn = samples.draw_samples(self.share, state)
         else:
-            columns, counts, bound = self._draw_rows(samples, rows, seed)
+            drawn, bound = samples.draw_rows(rows, seed, bound)
         nodes, values, depth = grow_tree(
-            take_points(samples.table, columns),
-            counts,
+            take_points(samples.table, drawn.columns, shift),
+            drawn.counts,
             self.max_depth,
             self.min_split,
             self.n_split_features,
-            self.n_split_rows or len(columns),
+            shift,
             state,
         )
-        return Tree(nodes.copy(), values.copy(), depth, int(seed), bound, birth)
-
-    def _draw_samples(self, samples: Samples, state: RandomState) -> tuple[Indices, Packed]:
-        n_drawn = max(1, round(self.share * len(samples.columns)))
-        return draw_samples(samples.table, samples.columns, samples.is_salient, n_drawn, state)
-
-    def _draw_rows(
-        self, samples: Samples, rows: DistinctRows, seed: np.uint64
-    ) -> tuple[Indices, Packed, int]:
-        """Return the columns that a tree draws, their class counts, and the bound; all if none."""
-        columns, counts, bound = rows
-        drawn, drawn_counts = draw_rows(columns, counts, samples.keys, seed, np.uint64(bound))
-        if len(drawn) == 0:
-            return columns, counts.copy(), ALL_KEYS
-        return drawn, drawn_counts, bound
+        return Tree(nodes.copy(), values.copy(), depth, seed, bound, birth)
 
     def _check_rows(self, rows: Rows) -> Rows:
         """Return `rows` in the one memory layout that the kernels are compiled for."""
@@ -444,11 +414,12 @@ class Forest:
 
 def _rows_of(
     chosen: npt.NDArray[np.int64] | None, known: Known
-) -> tuple[Rows, Keys, tuple[Tree, ...]]:
-    """Return (n, F) rows of the buffer with their keys, and the trees of the same moment."""
+) -> tuple[Rows, Keys, tuple[Tree, ...], npt.NDArray[np.int64]]:
+    """Return (R, F) rows of the buffer with their keys, the trees, and each sample's (n,) row."""
     trees, samples = known
     columns = samples.columns if chosen is None else samples.columns[chosen]
-    return take_rows(samples.table, columns), samples.keys[columns], trees
+    columns, of_sample = np.unique(columns, return_inverse=True)
+    return take_rows(samples.table, columns), samples.keys[columns], trees, of_sample
 
 
 def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:

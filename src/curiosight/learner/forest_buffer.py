@@ -8,17 +8,28 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.learner.forest_draws import (
+    ALL_KEYS,
     Keys,
     Labels,
+    count_rows,
+    draw_rows,
+    draw_samples,
     find_free,
     find_runs,
     put_rows,
     take_rows,
 )
-from curiosight.learner.forest_kernels import Indices, Points, Rows
+from curiosight.learner.forest_kernels import Indices, Packed, Points, RandomState, Rows
 
 # A table that is too small becomes so many times as wide.
 GROWTH = 1.5
+
+
+class DistinctRows(NamedTuple):
+    """The rows of samples: (R,) columns of the table, and packed class counts of each."""
+
+    columns: Indices
+    counts: Packed
 
 
 class Samples(NamedTuple):
@@ -59,6 +70,27 @@ class Samples(NamedTuple):
         """Tell whether both classes are among the samples."""
         return bool(self.is_salient.any() and not self.is_salient.all())
 
+    def distinct_rows(self) -> DistinctRows:
+        """Return the rows of the samples, one for those that share a column, in their order."""
+        return DistinctRows(*count_rows(self.columns, self.is_salient))
+
+    def draw_samples(self, share: float, state: RandomState) -> DistinctRows:
+        """Draw a share of the samples, one at least, and return the rows they have."""
+        n_drawn = max(1, round(share * len(self.columns)))
+        return DistinctRows(
+            *draw_samples(self.table, self.columns, self.is_salient, n_drawn, state)
+        )
+
+    def draw_rows(self, rows: DistinctRows, seed: int, bound: int) -> tuple[DistinctRows, int]:
+        """Draw some rows with all their samples, see `is_drawn`; all rows if that draws none.
+
+        Return them and the bound: `ALL_KEYS` where all are drawn.
+        """
+        drawn = draw_rows(*rows, self.keys, np.uint64(seed), np.uint64(bound))
+        if len(drawn[0]) == 0:
+            return DistinctRows(rows.columns, rows.counts.copy()), ALL_KEYS
+        return DistinctRows(*drawn), bound
+
     def with_more(
         self,
         rows: Rows,
@@ -79,24 +111,30 @@ class Samples(NamedTuple):
             return self._appended(rows[order], is_salient[order], groups[order])
         evicted = rng.choice(n_samples, n_evicted, replace=False)
         order = np.delete(order, evicted[evicted >= n_old] - n_old)
-        kept = np.delete(np.arange(n_old), evicted[evicted < n_old])
-        return self._appended(rows[order], is_salient[order], groups[order], kept)
+        left = evicted[evicted < n_old]
+        return self._appended(rows[order], is_salient[order], groups[order], left)
+
+    def without_oldest(self, n_oldest: int) -> Self:
+        """Return all but the oldest samples."""
+        return self._replace(
+            columns=self.columns[n_oldest:],
+            is_salient=self.is_salient[n_oldest:],
+            groups=self.groups[n_oldest:],
+        )
 
     def _appended(
         self,
         rows: Rows,
         is_salient: Labels,
         groups: Indices,
-        kept: npt.NDArray[np.int64] | None = None,
+        left: npt.NDArray[np.int64] | tuple[()] = (),
     ) -> Self:
-        """Return the samples that are kept, None = all, and new ones behind them."""
-        if len(rows) == 0 and kept is None:
-            return self
+        """Return the samples without those that have left, and new ones behind them."""
         runs = find_runs(rows)
         firsts = np.flatnonzero(np.diff(runs, prepend=-1))
         table, keys, free = self._room(len(firsts))
         put_rows(table, keys, rows[firsts], free)
-        old = self[2:] if kept is None else [values[kept] for values in self[2:]]
+        old = [np.delete(values, left) if len(left) else values for values in self[2:]]
         more = (free[runs], is_salient, groups)
         together = [np.concatenate(pair) for pair in zip(old, more, strict=True)]
         return type(self)(table, keys, *together)

@@ -92,13 +92,13 @@ def take_rows(table: Points, columns: Indices) -> Rows:
 
 
 @kernel
-def take_points(table: Points, columns: Indices) -> Points:
-    """Return some columns as the (F, P) points that a tree grows on."""
+def take_points(table: Points, columns: Indices, shift: int) -> Points:
+    """Return some columns, without the lowest bits, as the (F, P) points that a tree grows on."""
     points = np.empty((table.shape[0], columns.size), np.uint8)
     for feature in range(table.shape[0]):
         values = table[feature]
         for point in range(columns.size):
-            points[feature, point] = values[columns[point]]
+            points[feature, point] = values[columns[point]] >> shift
     return points
 
 
@@ -153,17 +153,23 @@ def draw_rows(
     rows: Indices, counts: Packed, keys: Keys, seed: np.uint64, bound: np.uint64
 ) -> tuple[Indices, Packed]:
     """Draw rows with all their samples, see `is_drawn`; return columns and class counts."""
-    drawn, drawn_counts, n_drawn = np.empty_like(rows), np.empty_like(counts), 0
+    are_drawn, n_drawn = np.empty(rows.size, np.bool_), 0
     for place in range(rows.size):
-        drawn[n_drawn], drawn_counts[n_drawn] = rows[place], counts[place]
-        n_drawn += int(is_drawn(keys[rows[place]], seed, bound))
-    return drawn[:n_drawn], drawn_counts[:n_drawn]
+        are_drawn[place] = is_drawn(keys[rows[place]], seed, bound)
+        n_drawn += int(are_drawn[place])
+    drawn, drawn_counts = np.empty(n_drawn, np.int32), np.empty(n_drawn, np.int64)
+    n_drawn = 0
+    for place in range(rows.size):
+        if are_drawn[place]:
+            drawn[n_drawn], drawn_counts[n_drawn] = rows[place], counts[place]
+            n_drawn += 1
+    return drawn, drawn_counts
 
 
 @kernel
 def find_unseen(columns: Indices, keys: Keys, seed: np.uint64, bound: np.uint64) -> Indices:
     """Return the places in `columns` of the rows that a tree does not draw."""
-    places, n_places = np.empty(columns.size, np.int64), 0
+    places, n_places = np.empty(columns.size, np.int32), 0
     for place in range(columns.size):
         places[n_places] = place
         n_places += int(not is_drawn(keys[columns[place]], seed, bound))

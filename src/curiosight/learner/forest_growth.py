@@ -18,9 +18,9 @@ from curiosight.learner.forest_kernels import (
     find_split_in_points,
     has_both,
     kernel,
+    make_room,
     partition,
     split_histograms,
-    thin_out,
 )
 
 # A node of fewer points counts them feature by feature; the result is the same.
@@ -80,31 +80,29 @@ def grow_tree(
     max_depth: int,
     min_split: int,
     n_tried: int,
-    n_searched: int,
+    shift: int,
     state: RandomState,
 ) -> tuple[Packed, Values, int]:
     """Grow a tree on (F, P) `points` with class counts `counts`; return nodes, values, depth.
 
+    The points' values have lost their `shift` lowest bits; the tree asks for values that have not.
+
     A node is a leaf at `max_depth`, below `min_split` samples, when it is pure, and when all
-    its features are constant. Of more than `n_searched` points that many are searched for the
-    split, if they hold both classes and some feature tells them apart; else all are. The smaller
-    child grows first: so the stack stays shorter than log2(P) + 2, and a node's place in the
-    stack is its place in `histograms` too. `counts` are moved about.
+    its features are constant. The smaller child grows first: so the stack stays shorter than
+    log2(P) + 2, and a node's place in the stack is its place in `histograms` too. `counts` are
+    moved about.
     """
     n_features, n_points = points.shape
     total, weights = weigh_classes(counts)
     nodes, values = np.empty(2 * n_points, np.int64), np.empty(2 * n_points, np.float32)
     order, scratch, features = count_up(n_points), count_up(n_points), count_up(n_features)
     moved = np.empty(n_points, np.int64)
-    n_searched = min(n_searched, n_points)
-    thin_order, thin_counts = count_up(n_searched), np.empty(n_searched, np.int64)
     n_places = int(np.log2(n_points)) + 2
     stack = np.empty((n_places, 5), np.int64)  # node, start, end, depth, packed class counts
-    uses_all = n_tried == n_features and n_searched >= n_points
-    n_with_histograms = N_POINTS_FOR_HISTOGRAMS if uses_all else n_points + 1
+    n_with_histograms = N_POINTS_FOR_HISTOGRAMS if n_tried == n_features else n_points + 1
     n_kept = n_places if n_points >= n_with_histograms else 0
     histograms = np.empty((n_kept, n_features, N_BINS), np.int64)
-    bins = np.zeros((N_SIDE_BY_SIDE, N_BINS), np.int64)
+    bins, room = np.zeros((N_SIDE_BY_SIDE, N_BINS >> shift), np.int64), make_room()
     if n_kept > 0:
         fill_histograms(histograms[0], points, order, counts, features)
     push(stack, 0, 0, 0, n_points, 0, total)
@@ -118,32 +116,18 @@ def grow_tree(
         if depth < max_depth and has_both(total) and n_not + n_salient >= min_split:
             if here.size >= n_with_histograms:
                 score, feature, threshold = find_split_in_histograms(
-                    histograms[top], total, weights
+                    histograms[top], total, weights, room
                 )
-            elif here.size > n_searched:
-                thin_total = thin_out(here, counts_here, thin_order, thin_counts, state)
-                if has_both(thin_total):
-                    score, feature, threshold = find_split_in_points(
-                        points,
-                        thin_order,
-                        thin_counts,
-                        thin_total,
-                        weights,
-                        features,
-                        n_tried,
-                        bins,
-                        state,
-                    )
-            if score < 0 and here.size < n_with_histograms:
+            else:
                 score, feature, threshold = find_split_in_points(
-                    points, here, counts_here, total, weights, features, n_tried, bins, state
+                    points, here, counts_here, total, weights, features, n_tried, bins, room, state
                 )
         if score < 0:
             nodes[node] = (node << 24) | (N_BINS - 1)
             deepest = max(deepest, depth)
             top -= 1
             continue
-        nodes[node] = (n_nodes << 24) | (feature << 8) | threshold
+        nodes[node] = (n_nodes << 24) | (feature << 8) | ((threshold + 1 << shift) - 1)
         n_left, total_left = partition(
             here, counts_here, scratch, moved, points[feature], threshold
         )

@@ -216,7 +216,7 @@ class SaliencyLearner:
         if self.calibration is not None and self.is_trained:
             self.calibration.add(votes, *description.count(labels))
         spot = self.experts.note(self.sight(frame, description, segmentation))
-        change = self.learn(description, labels, spot)
+        change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
 
     def saliency(
@@ -381,12 +381,18 @@ class SaliencyLearner:
         self.experts.fit(lessons)
         self._moment = object()
 
-    def learn(self, description: Description, labels: Labels, spot: int = 0) -> Change:
+    def learn(
+        self,
+        description: Description,
+        labels: Labels,
+        spot: int = 0,
+        error: float | None = None,
+    ) -> Change:
         """Add labelled pixels of a frame and regrow some trees (sec. II-A.3).
 
-        labels: (h, w), see `fit_labels`. spot: see `Experts.note`.
+        labels: (h, w), see `fit_labels`. spot, error: see `Experts.update`.
         """
-        change = self.experts.update(*self.sample(description, labels), spot)
+        change = self.experts.update(*self.sample(description, labels), spot, error)
         self._moment = object()
         return change
 

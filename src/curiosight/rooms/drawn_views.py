@@ -6,7 +6,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -163,6 +163,12 @@ class DrawnViews(ABC):
         """Return when a view is recorded: on a path as a camera does, else once a second."""
         return float(index) if self.settings.path is None else index / RATE_HZ
 
+    def _stamped(self, frame: Frame, index: int) -> Frame:
+        """Return a frame with its time, on a path: views from anywhere have none."""
+        if self.settings.path is None:
+            return frame
+        return replace(frame, stamp_ns=round(1e9 * self.seconds_of(index)))
+
     def __len__(self) -> int:
         return len(self.ids)
 
@@ -190,7 +196,8 @@ class DrawnViews(ABC):
             if index not in self._looks:
                 rng = self.looks_stream(index)
                 pose, id = self.poses[index], self.ids[index]
-                self._looks[index] = self.look_from(pose, id, rng, n_looks=index)
+                look = self.look_from(pose, id, rng, n_looks=index)
+                self._looks[index] = replace(look, frame=self._stamped(look.frame, index))
             self._looks.move_to_end(index)
             while len(self._looks) > _N_KEPT:
                 self._looks.popitem(last=False)

@@ -207,6 +207,8 @@ def _read(name: str, reader: Callable[[str], Any], text: str) -> Any:
     try:
         return reader(text)
     except (ValueError, KeyError) as error:
+        if reader not in _EXPECTED:  # it says itself what it expects
+            raise
         raise ValueError(f"{name}: expected {_EXPECTED[reader]}, got {text!r}") from error
 
 

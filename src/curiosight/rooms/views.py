@@ -17,7 +17,7 @@ from curiosight.rooms.overhead import HEIGHTS, TILTS_DEG, OverTables, looking_at
 from curiosight.rooms.renderer import Renderer
 from curiosight.rooms.room import LOOKS, VIEWS, Room, stream
 from curiosight.rooms.settings import MAST_TILT
-from curiosight.rooms.tours import HandHeld, drive, find_orbit
+from curiosight.rooms.tours import HandHeld, drive, find_orbit, tested_path
 from curiosight.rooms.truth import draw_instances, draw_truth
 from curiosight.rooms.viewpoints import camera_pose, draw_poses
 
@@ -105,7 +105,8 @@ class RoomViews(DrawnViews):
         return stream(settings, number, settings.split == "test", arrangement, *more)
 
     def test_views(self, n_views: int) -> RoomViews:
-        settings = replace(self.room.settings, split="test", views=n_views)
+        path = tested_path(self.room.settings.path)
+        settings = replace(self.room.settings, split="test", views=n_views, path=path)
         views = RoomViews(replace(self.room, settings=settings))
         views.renderer = self.renderer
         return views

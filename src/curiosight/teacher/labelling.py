@@ -18,9 +18,10 @@ from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 Array = npt.NDArray[Any]
 NOT_SALIENT, UNKNOWN = np.uint8(Label.NOT_SALIENT), np.uint8(Label.UNKNOWN)
-ON_WALL, BELOW = np.uint8(CODE_OF[WALL]), np.uint8(CODE_OF[UNDER_TABLE])
-CODE_OF_KIND = np.zeros(ON_DOUBTFUL + 1, np.uint8)
-CODE_OF_KIND[ON_FLOOR] = CODE_OF[FLOOR]
+# What follows the kinds of support in the list of codes.
+ON_WALL, BELOW = ON_DOUBTFUL + 1, ON_DOUBTFUL + 2
+CODE_OF_KIND = np.zeros(BELOW + 1, np.uint8)
+CODE_OF_KIND[[ON_FLOOR, ON_WALL, BELOW]] = [CODE_OF[one] for one in (FLOOR, WALL, UNDER_TABLE)]
 CODE_OF_KIND[[*ON.values()]] = [CODE_OF[FOUND_AS[kind]] for kind in ON]
 
 
@@ -94,11 +95,11 @@ def _pack(
         for u in range(number.shape[1]):
             label, code, hollow = label_of[number[v, u]], code_of[kinds[v, u]], hollows[v, u]
             if is_wall[v, u]:
-                label, code = NOT_SALIENT, ON_WALL
+                label, code = NOT_SALIENT, code_of[ON_WALL]
             elif kinds[v, u] == ON_DOUBTFUL:
                 label = UNKNOWN
             elif code > 0:
                 label = NOT_SALIENT if hollow == 0 else label
             elif is_under[v, u]:
-                code = BELOW
+                code = code_of[BELOW]
             packed[v, u] = (number[v, u] + hollow) << 16 | np.int32(code) << 8 | label

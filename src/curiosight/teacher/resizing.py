@@ -51,13 +51,8 @@ def in_full_size(found: Segmentation, repeats: Repeats | None) -> Segmentation:
     """
     if repeats is None:
         return found
-    return replace(
-        found,
-        labels=repeats.repeat(found.labels),
-        cluster_of_pixel=repeats.repeat(found.cluster_of_pixel),
-        found=None if found.found is None else repeats.repeat(found.found),
-        clusters=tuple(_enlarged(cluster, repeats) for cluster in found.clusters),
-    )
+    clusters = tuple(_enlarged(cluster, repeats) for cluster in found.clusters)
+    return replace(found.with_images(repeats.repeat), clusters=clusters)
 
 
 def found_in_own_size(found: Segmentation, repeats: Repeats | None) -> Segmentation:
@@ -65,16 +60,10 @@ def found_in_own_size(found: Segmentation, repeats: Repeats | None) -> Segmentat
     if repeats is None:
         return found
     per_pixel = np.prod(repeats.shape) / np.prod(repeats.full_shape)
-    return replace(
-        found,
-        labels=repeats.pick(found.labels),
-        cluster_of_pixel=repeats.pick(found.cluster_of_pixel),
-        found=None if found.found is None else repeats.pick(found.found),
-        clusters=tuple(
-            replace(cluster, n_pixels=round(cluster.n_pixels * per_pixel))
-            for cluster in found.clusters
-        ),
+    clusters = tuple(
+        replace(cluster, n_pixels=round(cluster.n_pixels * per_pixel)) for cluster in found.clusters
     )
+    return replace(found.with_images(repeats.pick), clusters=clusters)
 
 
 def picked(image: npt.NDArray[Any], repeats: Repeats | None) -> npt.NDArray[Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +68,15 @@ class Segmentation:
         if frame.depth is not None:
             labels[frame.depth <= max_range] = Label.UNKNOWN
         return cls.of_labels(labels, problem)
+
+    def with_images(self, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Self:
+        """Return it with all of its images changed in one way."""
+        return replace(
+            self,
+            labels=change(self.labels),
+            cluster_of_pixel=change(self.cluster_of_pixel),
+            found=None if self.found is None else change(self.found),
+        )
 
     @property
     def objects(self) -> tuple[Cluster, ...]:

@@ -77,7 +77,6 @@ class SegmentationSettings:
     later parameter files, except the sensor's noise, which they leave out.
 
     max_range: nothing farther along z teaches.
-    near_range: nearer than this a sensor may see nothing, so that what ends there may go on.
     min_wall_diagonal: of a vertical plane's visible part, to be a wall; `min_cut_wall_diagonal`
         where the image's frame cuts it.
     wall_gap: clusters whose points keep closer to a wall than this are part of it.
@@ -97,7 +96,6 @@ class SegmentationSettings:
     """
 
     max_range: float = 4.0
-    near_range: float = 0.6
     min_wall_diagonal: float = 1.5
     min_cut_wall_diagonal: float = 1.0
     wall_gap: float = 0.10

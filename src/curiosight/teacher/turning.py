@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Frame
-from curiosight.teacher.cloud.planes import Mask, Plane
+from curiosight.teacher.cloud.planes import Plane
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.supports.supports import Support
@@ -88,10 +88,7 @@ def turn_segmentation(found: Segmentation, n_turns: int) -> Segmentation:
         return found
     size = found.labels.shape[1], found.labels.shape[0]
     return replace(
-        found,
-        labels=np.ascontiguousarray(np.rot90(found.labels, n_turns)),
-        cluster_of_pixel=np.ascontiguousarray(np.rot90(found.cluster_of_pixel, n_turns)),
-        found=None if found.found is None else np.ascontiguousarray(np.rot90(found.found, n_turns)),
+        found.with_images(lambda image: np.ascontiguousarray(np.rot90(image, n_turns))),
         clusters=tuple(_turn_cluster(one, size, n_turns % 4) for one in found.clusters),
         supports=tuple(_turn_support(one, n_turns) for one in found.supports),
         walls=tuple(_turn_wall(one, n_turns) for one in found.walls),
@@ -111,18 +108,16 @@ def _turn_cluster(cluster: Cluster, size: tuple[int, int], n_turns: int) -> Clus
 def _turn_support(support: Support, n_turns: int) -> Support:
     plane = support.plane
     normal = rotation_of(n_turns) @ plane.normal
+    masks = support.extent, support.core, support.skirt
+    extent, core, skirt = (None if mask is None else np.rot90(mask, n_turns) for mask in masks)
     return replace(
         support,
         plane=Plane(normal, plane.offset, np.rot90(plane.inliers, n_turns)),
         heights=np.rot90(support.heights, n_turns),
-        extent=_turn_mask(support.extent, n_turns),
-        core=_turn_mask(support.core, n_turns),
-        skirt=_turn_mask(support.skirt, n_turns),
+        extent=extent,
+        core=core,
+        skirt=skirt,
     )
-
-
-def _turn_mask(mask: Mask | None, n_turns: int) -> Mask | None:
-    return None if mask is None else np.rot90(mask, n_turns)
 
 
 def _turn_wall(wall: Wall, n_turns: int) -> Wall:

@@ -50,19 +50,26 @@ def describe_contrast(image: Rgb, superpixels: Superpixels) -> Rows:
 def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
     """Return the (n, 3) smoothed colours at (n, 2) pixels (u, v), one array per level."""
     colours = []
+    for level, smooth in zip(LEVELS, smoothed(image), strict=True):
+        # pyrDown keeps the pixels 0, 2, 4, …: their middles, not their corners, coincide.
+        u, v = centres.T / 2**level
+        channels = [
+            map_coordinates(channel, (v, u), order=1, mode="nearest")
+            for channel in cv2.split(smooth)
+        ]
+        colours.append(np.stack(channels, axis=1))
+    return colours
+
+
+def smoothed(image: Rgb) -> list[npt.NDArray[np.float32]]:
+    """Return the surroundings at each of `LEVELS`: (h / 2^level, w / 2^level, 3) float32."""
+    levels = []
     smaller = image.astype(np.float32)
     for level in range(1, max(LEVELS) + 1):
         smaller = cv2.pyrDown(smaller)
         if level in LEVELS:
-            smooth = cv2.GaussianBlur(smaller, (0, 0), 1.0)
-            # pyrDown keeps the pixels 0, 2, 4, …: their middles, not their corners, coincide.
-            u, v = centres.T / 2**level
-            channels = [
-                map_coordinates(channel, (v, u), order=1, mode="nearest")
-                for channel in cv2.split(smooth)
-            ]
-            colours.append(np.stack(channels, axis=1))
-    return colours
+            levels.append(cv2.GaussianBlur(smaller, (0, 0), 1.0))
+    return levels
 
 
 @njit(cache=True, nogil=True)

@@ -1,7 +1,7 @@
 """58 features of a superpixel and its surroundings, in two passes over the image.
 
-What the 39 colours and 15 contrasts say of superpixels is said here of boxes around their
-centroids, whose sums an integral image gives at once; and so is which surroundings are darker.
+What the 39 colours say of superpixels is said here of boxes, whose sums an integral image gives at
+once; and so is which surroundings are darker. The contrasts are those of the set `contrast`.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ import numpy.typing as npt
 from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import PLACES, Rows
+from curiosight.learner.features.contrast import LEVELS, smoothed
 from curiosight.learner.features.feature_set import FeatureSet
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 
 Array = npt.NDArray[Any]
 
 CHANNELS = {"rgb": ("red", "green", "blue"), "lab": ("L", "a", "b")}
-# Boxes of 2 · reach + 1 pixels a side: the colour of a place, and that of surroundings.
-PLACE_REACH, SCALE_REACHES = 4, (5, 10, 21, 42)
+# The box of a place has 2 · PLACE_REACH + 1 pixels a side.
+PLACE_REACH = 4
 # Pixels from the centroid to the eight boxes of a pattern, whose reach is half of it.
 RINGS = (7, 18)
 # Directions of a ring in turn: right, down and right, down, …
@@ -36,7 +37,7 @@ def surroundings(colour_space: ColourSpace) -> FeatureSet:
     names = [f"{channel} here" for channel in channels]
     names += [f"{channel} deviation" for channel in channels]
     names += [f"{channel} at {u:+d} {v:+d}" for u, v in PLACES[1:].tolist() for channel in channels]
-    names += [f"{channel} contrast {reach}" for reach in SCALE_REACHES for channel in channels]
+    names += [f"{channel} contrast {2**level}" for level in LEVELS for channel in channels]
     names += [f"{what} at {ring}" for ring in RINGS for what in ("darker", "turns")]
     return FeatureSet("surroundings", tuple(names), describe_surroundings, colour_space)
 
@@ -45,8 +46,8 @@ def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
     """Return (n, 58) uint8 rows.
 
     Of the superpixel: mean and twice the standard deviation of the three channels. Of boxes of
-    9x9 pixels at the twelve places of the paper: the mean colour. Of boxes of 11, 21, 43 and 85
-    pixels a side around its centroid: its own mean colour minus theirs, plus 128.
+    9x9 pixels at the twelve places of the paper: the mean colour. Of four scales: the mean colour
+    of the superpixel minus the smoothed one at its centroid, plus 128.
 
     Of eight boxes on each of two rings, in the first channel: 31 times how many are darker than
     the superpixel, and 31 times how often this changes around the ring.
@@ -56,9 +57,13 @@ def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
     n_superpixels = int(superpixels.max()) + 1
     sums = sum_superpixels(image, superpixels, n_superpixels)
     integrals = integrate(image)
-    n_columns = 6 + 3 * (len(PLACES) - 1) + 3 * len(SCALE_REACHES) + 2 * len(RINGS)
-    rows = np.zeros((n_superpixels, n_columns), np.uint8)
-    _fill_rows(rows, sums, integrals)
+    at_contrasts = 6 + 3 * (len(PLACES) - 1)
+    at_patterns = at_contrasts + 3 * len(LEVELS)
+    rows = np.zeros((n_superpixels, at_patterns + 2 * len(RINGS)), np.uint8)
+    _write_colours(rows, sums, integrals)
+    for number, (level, smooth) in enumerate(zip(LEVELS, smoothed(image), strict=True)):
+        _write_contrast(rows, at_contrasts + 3 * number, sums, smooth, 2**level)
+    _write_patterns(rows, at_patterns, sums, integrals)
     return rows
 
 
@@ -125,23 +130,52 @@ def integrate(image: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _fill_rows(rows: Array, sums: Array, integrals: Array) -> None:
-    """Write the row of each superpixel that has a pixel."""
-    means = np.empty(3, np.float64)
+def _write_colours(rows: Array, sums: Array, integrals: Array) -> None:
+    """Write means, deviations, and the mean colours of twelve places around."""
     for s in range(len(rows)):
         n = sums[s, 0]
         if n == 0:
             continue
-        u, v = (2 * sums[s, 1] + n) // (2 * n), (2 * sums[s, 2] + n) // (2 * n)
         row = rows[s]
         for c in range(3):
             total = sums[s, 3 + c]
-            means[c] = total / n
-            row[c] = byte(means[c])
+            row[c] = byte(total / n)
             row[3 + c] = byte(2 * np.sqrt(n * sums[s, 6 + c] - total * total) / n)
-        at = _write_places(row, 6, integrals, u, v)
-        at = _write_contrasts(row, at, integrals, u, v, means)
-        _write_patterns(row, at, integrals, u, v, means[0])
+        u, v = centroid(sums, s)
+        for k in range(1, len(PLACES)):
+            x, y = _inside(integrals, u + PLACES[k, 0], v + PLACES[k, 1])
+            box = box_at(integrals, x, y, PLACE_REACH)
+            for c in range(3):
+                row[3 + 3 * k + c] = byte(box_mean(integrals, box, c))
+
+
+@njit(cache=True, nogil=True)
+def _write_contrast(rows: Array, at: int, sums: Array, smooth: Array, scale: int) -> None:
+    """Write mean colours minus smoothed ones, of an image of 1 / scale of the size, plus 128.
+
+    The smoothed image is interpolated linearly; beyond it, its border repeats.
+    """
+    height, width, _ = smooth.shape
+    for s in range(len(rows)):
+        n = sums[s, 0]
+        if n == 0:
+            continue
+        u, v = sums[s, 1] / (n * scale), sums[s, 2] / (n * scale)
+        left, upper = min(int(u), width - 1), min(int(v), height - 1)
+        right, lower = min(left + 1, width - 1), min(upper + 1, height - 1)
+        across, down = u - left, v - upper
+        for c in range(3):
+            above = smooth[upper, left, c] * (1 - across) + smooth[upper, right, c] * across
+            below = smooth[lower, left, c] * (1 - across) + smooth[lower, right, c] * across
+            around = above * (1 - down) + below * down
+            rows[s, at + c] = byte(sums[s, 3 + c] / n - around + 128)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def centroid(sums: Array, superpixel: int) -> tuple[int, int]:
+    """Return the pixel (u, v) next to a superpixel's centroid."""
+    n = sums[superpixel, 0]
+    return (2 * sums[superpixel, 1] + n) // (2 * n), (2 * sums[superpixel, 2] + n) // (2 * n)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -179,43 +213,24 @@ def _inside(integrals: Array, u: int, v: int) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
-def _write_places(row: Array, at: int, integrals: Array, u: int, v: int) -> int:
-    """Write the mean colours of twelve places around; return the next column."""
-    for k in range(1, len(PLACES)):
-        x, y = _inside(integrals, u + PLACES[k, 0], v + PLACES[k, 1])
-        box = box_at(integrals, x, y, PLACE_REACH)
-        for c in range(3):
-            row[at + c] = byte(box_mean(integrals, box, c))
-        at += 3
-    return at
-
-
-@njit(cache=True, nogil=True)
-def _write_contrasts(row: Array, at: int, integrals: Array, u: int, v: int, means: Array) -> int:
-    """Write the mean colour minus that of surroundings, plus 128; return the next column."""
-    for reach in SCALE_REACHES:
-        box = box_at(integrals, u, v, reach)
-        for c in range(3):
-            row[at + c] = byte(means[c] - box_mean(integrals, box, c) + 128)
-        at += 3
-    return at
-
-
-@njit(cache=True, nogil=True)
-def _write_patterns(row: Array, at: int, integrals: Array, u: int, v: int, mean: float) -> None:
+def _write_patterns(rows: Array, at: int, sums: Array, integrals: Array) -> None:
     """Write how many boxes of each ring are darker, and how often that changes around it."""
-    for ring in RINGS:
-        n_darker, n_turns, first, last = 0, 0, False, False
-        for k in range(8):
-            x, y = u + ring * RING_PLACES[k][0], v + ring * RING_PLACES[k][1]
-            x, y = _inside(integrals, x, y)
-            is_darker = box_mean(integrals, box_at(integrals, x, y, ring // 2), 0) < mean - DARKER
-            n_darker += is_darker
-            if k == 0:
-                first = is_darker
-            elif is_darker != last:
-                n_turns += 1
-            last = is_darker
-        row[at] = 31 * n_darker
-        row[at + 1] = 31 * (n_turns + (first != last))
-        at += 2
+    for s in range(len(rows)):
+        if sums[s, 0] == 0:
+            continue
+        u, v = centroid(sums, s)
+        threshold = sums[s, 3] / sums[s, 0] - DARKER
+        for number, ring in enumerate(RINGS):
+            n_darker, n_turns, first, last = 0, 0, False, False
+            for k in range(8):
+                x, y = u + ring * RING_PLACES[k][0], v + ring * RING_PLACES[k][1]
+                x, y = _inside(integrals, x, y)
+                is_darker = box_mean(integrals, box_at(integrals, x, y, ring // 2), 0) < threshold
+                n_darker += is_darker
+                if k == 0:
+                    first = is_darker
+                elif is_darker != last:
+                    n_turns += 1
+                last = is_darker
+            rows[s, at + 2 * number] = 31 * n_darker
+            rows[s, at + 2 * number + 1] = 31 * (n_turns + (first != last))

@@ -16,6 +16,7 @@ from curiosight.learner.features.surroundings import (
     box_at,
     box_mean,
     byte,
+    centroid,
     integrate,
     sum_superpixels,
 )
@@ -72,10 +73,9 @@ def _measure(sums: Array, integrals: Array) -> Array:
     """Return the row of each superpixel; 0 where it has no pixel."""
     rows = np.zeros((len(sums), 4), np.uint8)
     for s in range(len(sums)):
-        n = sums[s, 0]
-        if n == 0:
+        if sums[s, 0] == 0:
             continue
-        u, v = (2 * sums[s, 1] + n) // (2 * n), (2 * sums[s, 2] + n) // (2 * n)
+        u, v = centroid(sums, s)
         box = box_at(integrals, u, v, REACH)
         mean = box_mean(integrals, box, VALUE)
         variance = max(box_mean(integrals, box, SQUARE) - mean * mean, 0.0)

@@ -58,10 +58,8 @@ class Home:
         return len(self.plan.lots)
 
     @property
-    def unlearnable(self) -> int | None:
-        """The number of the room that looks different at every look; None = there is none."""
-        if not self.settings.unlearnable:
-            return None
+    def unlearnable(self) -> int:
+        """The number of the room that looks different at every look, where one is asked for."""
         # One of those in which there is most to learn.
         n_things = [brief.purpose.n_on_floor for brief in self.briefs]
         candidates = np.argsort(n_things, kind="stable")[-max(1, self.n_rooms // 2) :]

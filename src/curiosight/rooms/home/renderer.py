@@ -57,13 +57,16 @@ class HomeRenderer:
         self._lock = threading.RLock()
         self._disguise: Disguise | None = None
 
-    def render(self, camera: Camera, T_world_camera: Pose, rng: np.random.Generator) -> Rendering:
+    def render(
+        self, camera: Camera, T_world_camera: Pose, disguise: np.random.Generator | None = None
+    ) -> Rendering:
         """Draw what a camera sees, of the next rooms too; for ids see `MAX_PARTS`.
 
-        Chance is in the looks of the room that nobody can learn.
+        disguise: the chance in the looks of the room that nobody can learn; None = it looks as
+        it is.
         """
         here = self._home.place_of(T_world_camera[:2, 3])
-        renderer_of = self._renderers(rng)
+        renderer_of = self._renderers(disguise)
 
         def see(rays: Rays) -> Seen:
             return self._see(here, rays, None, renderer_of)
@@ -107,22 +110,22 @@ class HomeRenderer:
                     column[through] = other
         return seen._replace(ids=ids)
 
-    def _renderers(self, rng: np.random.Generator) -> RendererOf:
-        """Return what gives each room's renderer for one look, disguised where it has to be."""
-        if self._home.unlearnable is None:
+    def _renderers(self, disguise: np.random.Generator | None) -> RendererOf:
+        """Return what gives each room's renderer for one look."""
+        if disguise is None:
             return lambda number: self.lit(number).renderer
+        unlearnable = self._home.unlearnable
         disguised: dict[int, Renderer] = {}
-        own_rng = np.random.default_rng(int(rng.integers(2**62)))
 
         def renderer_of(number: int) -> Renderer:
-            if number != self._home.unlearnable:
+            if number != unlearnable:
                 return self.lit(number).renderer
             with self._lock:
                 if number not in disguised:
                     if self._disguise is None:
                         self._disguise = Disguise(stream(self._home.settings, _DISGUISE))
                     renderer = self.lit(number).renderer
-                    disguised[number] = renderer.disguised(self._disguise, own_rng)
+                    disguised[number] = renderer.disguised(self._disguise, disguise)
                 return disguised[number]
 
         return renderer_of

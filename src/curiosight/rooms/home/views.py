@@ -18,9 +18,10 @@ from curiosight.rooms.home.settings import N_ORBIT, N_VIEWS, HomeSettings
 from curiosight.rooms.home.ways import draw_orbit, drive_around
 from curiosight.rooms.room import LOOKS, VIEWS, stream
 from curiosight.rooms.settings import MAST_TILT
-from curiosight.rooms.tours import HandHeld
+from curiosight.rooms.tours import HandHeld, tested_path
 from curiosight.rooms.truth import instances_of, with_outlines
 from curiosight.rooms.viewpoints import camera_pose, draw_poses
+from curiosight.rooms.views import N_TEST_VIEWS as N_ROOM_TEST_VIEWS
 
 # An exploration of a home is tested on so many in each room.
 N_TEST_VIEWS = 12
@@ -108,12 +109,13 @@ class HomeViews(DrawnViews):
 
     def test_views(self, n_views: int, *, is_after: bool = False) -> HomeViews:
         change = self._settings.change if is_after else None
-        tilt = None if self._settings.path == "orbit" else self._settings.tilt
-        settings = replace(self._settings, split="test", views=n_views, change=change, tilt=tilt)
+        path = tested_path(self._settings.path)
+        settings = replace(self._settings, split="test", views=n_views, change=change, path=path)
         return HomeViews(settings, like=self)
 
     def own_test_views(self, *, is_after: bool = False) -> HomeViews:
-        return self.test_views(N_TEST_VIEWS, is_after=is_after)
+        n_views = N_ROOM_TEST_VIEWS if self._settings.path == "orbit" else N_TEST_VIEWS
+        return self.test_views(n_views, is_after=is_after)
 
     def is_place_of(self, other: DrawnViews) -> bool:
         return isinstance(other, HomeViews) and self.home is other.home
@@ -131,7 +133,9 @@ class HomeViews(DrawnViews):
         n_looks: int = 0,
     ) -> Look:
         renderer = self._renderer_after(n_looks)
-        rendering = renderer.render(camera, T_world_camera, rng)
+        # Of its own: how many draws it takes depends on what is in view.
+        disguise = rng.spawn(1)[0] if self._settings.unlearnable else None
+        rendering = renderer.render(camera, T_world_camera, disguise)
         truth = with_outlines(renderer.greys(rendering.ids))
         return take_look(rendering, truth, self.settings, (id, camera, T_world_camera), rng)
 

@@ -78,15 +78,21 @@ def cut_by(outline: Iterable[Side], points: Points) -> Mask:
     """
     is_cut = np.zeros(points.depth.shape, np.bool_)
     for side in outline:
-        depth, found, (across, lines) = points.depth, is_cut, (points.x, points.y)
-        if side.axis == 1:
-            depth, found, across, lines = depth.T, found.T, lines, across
-        depth, found, across = depth[:, :: side.sign], found[:, :: side.sign], across[:: side.sign]
+        depth, inward, lines = _from_side(points, side.axis, side.sign)
         line = (side.offset + side.slope * lines).astype(np.float32)
-        first = _inward_of_first(depth, side.sign * across, line, side.shift)
+        first = _inward_of_first(depth, inward, line, side.shift)
         if np.count_nonzero(first < -2 * TOLERANCE) <= MAX_STRAY * len(lines):
-            _mark_near(depth, side.sign * across, line, side.shift, WIDTH, found)
+            found = (is_cut if side.axis == 0 else is_cut.T)[:, :: side.sign]
+            _mark_near(depth, inward, line, side.shift, WIDTH, found)
     return is_cut
+
+
+def _from_side(points: Points, axis: int, sign: int) -> tuple[Array, Array, Array]:
+    """Return depth in rows, or columns, from a side on, and the pixels inward and along it."""
+    depth, across, lines = points.depth, points.x, points.y
+    if axis == 1:
+        depth, across, lines = depth.T, lines, across
+    return depth[:, ::sign], sign * across[::sign], lines
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -117,15 +123,12 @@ def _mark_near(
 
 def _first_readings(points: Points, axis: int, sign: int) -> Array:
     """(n, 3): inward, along and 1/z of the first reading of every row, or column, that has one."""
-    depth, across, lines = points.depth, points.x, points.y
-    if axis == 1:
-        depth, across, lines = depth.T, lines, across
-    depth, across = depth[:, ::sign], across[::sign]
+    depth, inward, lines = _from_side(points, axis, sign)
     has_reading = np.isfinite(depth)
     first = has_reading.argmax(axis=1)
     where = np.flatnonzero(has_reading[np.arange(len(depth)), first])
     first = first[where]
-    return np.stack([sign * across[first], lines[where], 1 / depth[where, first]], axis=1)
+    return np.stack([inward[first], lines[where], 1 / depth[where, first]], axis=1)
 
 
 def _fit(first: Array, axis: int, sign: int, min_agree: float) -> Side | None:

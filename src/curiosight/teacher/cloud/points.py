@@ -256,21 +256,19 @@ def look_up(cells: Array, points: Points, axes: Array, corner: Array, side: floa
     cells: (rows, columns) float32. axes: (3, 2) directions of columns and rows in the frame of
     the points. corner: (2,) metres along them of the first cell's corner. side: metres.
     """
-    found = np.empty_like(points.depth)
-    to_map = (np.vstack([axes, -corner[None]]) / side).astype(np.float32)
-    index = np.empty(len(points.x), np.int32)
-    _look_up(cells, points.depth, points.x, points.y, to_map, index, found)
-    return found
+    to_map = np.empty((4, 2))
+    to_map[:3], to_map[3] = axes, -corner
+    to_map = (to_map / side).astype(np.float32)
+    return np.asarray(_look_up(cells, points.depth, points.x, points.y, to_map))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look_up(
-    cells: Array, depth: Array, x: Array, y: Array, to_map: Array, index: Array, found: Array
-) -> None:
-    """Set what is found; to_map: (4, 2) float32, from (x, y, z, 1) to column and row.
+def _look_up(cells: Array, depth: Array, x: Array, y: Array, to_map: Array) -> Array:
+    """Return what `look_up` does; to_map: (4, 2) float32, from (x, y, z, 1) to column and row.
 
-    depth, x, y: see `Points`. index: (w,) int32, to work with.
+    depth, x, y: see `Points`.
     """
+    found, index = np.empty_like(depth), np.empty(len(x), np.int32)
     n_rows, n_columns = np.float32(len(cells)), np.float32(cells.shape[1])
     width, outside = np.int32(cells.shape[1]), np.float32(-np.inf)
     flat = cells.reshape(cells.size)
@@ -285,3 +283,4 @@ def _look_up(
             index[u] = np.int32(row) * width + np.int32(column) if is_on_map else np.int32(-1)
         for u in range(len(x)):
             found[v, u] = flat[index[u]] if index[u] >= 0 else outside
+    return found

@@ -43,13 +43,14 @@ def ups_from_normals(
     normals, area = np.asarray(normals, np.float32), np.asarray(area, np.float32)
     total = area.sum()
     # What is out of the question counts nothing.
-    normals, area = _between(normals, area, prior, np.cos(max_angle), np.inf)
+    normals, area = _between(normals, area, prior.astype(np.float32), np.cos(max_angle), np.inf)
     for _ in range(max_candidates):
         if total == 0 or area.sum() < 0.02 * total:
             return
         up = settled(normals, area, _densest(normals, area, prior), (12, 8, 5))
         yield up
-        normals, area = _between(normals, area, up, -np.inf, np.cos(np.radians(15)))
+        far = up.astype(np.float32), -np.inf, np.cos(np.radians(15))
+        normals, area = _between(normals, area, *far)
 
 
 def settled(normals: Array, votes: Array, up: Array, widths_deg: Iterable[float]) -> Array:
@@ -75,19 +76,11 @@ def _cosines(normals: Array, direction: Array) -> Array:
     return cosines
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _between(
     normals: Array, area: Array, direction: Array, low: float, high: float
 ) -> tuple[Array, Array]:
     """Return the normals, with their area, whose cosine to a direction is between two."""
-    taken, of_taken = _take_between(normals, area, direction.astype(np.float32), low, high)
-    return taken, of_taken
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _take_between(
-    normals: Array, area: Array, direction: Array, low: float, high: float
-) -> tuple[Array, Array]:
-    """Return what `_between` does: (n, 3) and (n,), where something is known."""
     least, most, n = np.float32(low), np.float32(high), 0
     taken, of_taken = np.empty_like(normals), np.empty_like(area)
     for i in range(len(area)):

@@ -35,15 +35,14 @@ class Wall(Plane):
 
         min_facing: least cosine between their normals and the wall's; unknown normals pass.
         """
-        is_near = np.zeros(free.shape, np.bool_)
-        x, y, normals, face = points.x, points.y, points.normals, self._face(margin)
-        _mark_near(points.depth, x, y, normals, free, band, *face, min_facing, is_near)
-        return is_near
+        grids = points.depth, points.x, points.y, points.normals, free, band
+        near: Mask = _find_near(*grids, *self._face(margin), min_facing)
+        return near
 
     def _face(self, margin: float) -> tuple[Array, Array]:
         """Return (4, 3) from (x, y, z, 1) to the axes and the distance, and their (2, 2) ends."""
-        to_wall, box = _face(self.normal, self.offset, self.axes, self.low, self.high, margin)
-        return to_wall, box
+        box = np.array([self.low - margin, self.high + margin], np.float32)
+        return coordinates_on(self.axes, self.normal, self.offset), box
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,11 +55,9 @@ class Faces:
     @classmethod
     def of(cls, walls: Sequence[Wall], *, margin: float = 0.10) -> Self:
         """Return the faces of walls, which go on for a margin in metres."""
-        n = len(walls)
-        faces = cls(np.empty((n, 4, 3), np.float32), np.empty((n, 2, 2), np.float32))
-        for place, wall in enumerate(walls):
-            faces.to_walls[place], faces.boxes[place] = wall._face(margin)
-        return faces
+        faces = [wall._face(margin) for wall in walls]
+        to_walls, boxes = zip(*faces, strict=True) if faces else ((), ())
+        return cls(np.reshape(to_walls, (-1, 4, 3)), np.reshape(boxes, (-1, 2, 2)))
 
     def count_sides(self, points: Points, where: Array, gap: float) -> Array:
         """(n, 4) how many points at (m,) flat indices are where, as seen from each wall.
@@ -68,25 +65,13 @@ class Faces:
         They are those straight before or behind it; those behind or on its whole plane; those
         within a gap in metres of that, and within two.
         """
-        counts = np.zeros((len(self.boxes), 4), np.int64)
         xyz = points.xyz.reshape(-1, 3)
-        _count_sides(xyz, where, self.to_walls, self.boxes, gap, counts)
+        counts: Array = _count_sides(xyz, where, self.to_walls, self.boxes, gap)
         return counts
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _face(
-    normal: Array, offset: float, axes: Array, low: Array, high: Array, margin: float
-) -> tuple[Array, Array]:
-    """Return what `Wall._face` does."""
-    box = np.empty((2, 2), np.float32)
-    for axis in range(2):
-        box[0, axis], box[1, axis] = low[axis] - margin, high[axis] + margin
-    return coordinates_on(axes, normal, offset), box
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_near(
+def _find_near(
     depth: Array,
     x: Array,
     y: Array,
@@ -96,12 +81,9 @@ def _mark_near(
     to_wall: Array,
     box: Array,
     min_facing: float,
-    is_near: Array,
-) -> None:
-    """Set (h, w) `is_near` as `Wall.near` says.
-
-    depth, x, y, normals: see `Points`. to_wall, box: see `Wall._face`.
-    """
+) -> Array:
+    """Return what `Wall.near` does; depth, x, y, normals: see `Points`."""
+    is_near = np.zeros(free.shape, np.bool_)
     low, bottom, high, top = box[0, 0], box[0, 1], box[1, 0], box[1, 1]
     a, b, c, offset = to_wall[0], to_wall[1], to_wall[2], to_wall[3, 2]
     least = np.float32(min_facing)
@@ -118,13 +100,13 @@ def _mark_near(
             if is_near[v, u]:
                 cosine = normals[v, u, 0] * a[2] + normals[v, u, 1] * b[2] + normals[v, u, 2] * c[2]
                 is_near[v, u] = not abs(cosine) < least
+    return is_near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count_sides(
-    xyz: Array, where: Array, to_walls: Array, boxes: Array, gap: float, counts: Array
-) -> None:
-    """Add to (n, 4) counts the points at (m,) places of (k, 3) as `Faces.count_sides` says."""
+def _count_sides(xyz: Array, where: Array, to_walls: Array, boxes: Array, gap: float) -> Array:
+    """Return what `Faces.count_sides` does; xyz: (k, 3)."""
+    counts = np.zeros((len(boxes), 4), np.int64)
     least, wide = np.float32(gap), np.float32(2 * gap)
     for wall in range(len(counts)):
         low, bottom = boxes[wall, 0, 0], boxes[wall, 0, 1]
@@ -139,3 +121,4 @@ def _count_sides(
             counts[wall, 1] += distance <= 0
             counts[wall, 2] += abs(distance) < least
             counts[wall, 3] += abs(distance) < wide
+    return counts

@@ -173,10 +173,14 @@ def _tables_at(
 ) -> tuple[Table, ...]:
     level: list[Array] = []
     seen: list[Array] = []
-    for points, T_world_camera in posed:
+    veils = [find_veils(points) for points, _ in posed]
+    # A sensor that smooths does so in every frame; a frame alone may show a table from the edge.
+    smooths = 2 * sum(bool(is_veil.any()) for is_veil in veils) > len(veils)
+    for (points, T_world_camera), is_veil in zip(posed, veils, strict=True):
         rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        surface = level_surface(points, rotation.T @ up, settings.noise)
-        for found, xyz in ((level, surface), (seen, points.xyz[~find_veils(points)])):
+        is_veil &= smooths
+        surface = level_surface(points, rotation.T @ up, settings.noise, is_veil)
+        for found, xyz in ((level, surface), (seen, points.xyz[~is_veil])):
             found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
     return map_tables(
         np.concatenate(level),
@@ -186,7 +190,6 @@ def _tables_at(
         max_size=settings.floor.max_size,
         min_area=settings.min_table_area,
         min_diagonal=settings.min_table_diagonal,
-        max_small_height=settings.max_small_height,
         density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),
     )
 

@@ -26,7 +26,7 @@ Array = npt.NDArray[Any]
 # and be finer.
 STRIDE = 2
 # What only this view does not know; every other verdict is a vote against.
-ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.NEAR, Verdict.SMALL, Verdict.FLAT})
+ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
 
 
 class TemporalTeacher:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.teacher.cloud.planes import Plane, noise_band
+from curiosight.teacher.cloud.planes import Mask, Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.footprint import REACH_PX, largest_piece
@@ -47,8 +47,8 @@ def tops_in_frame(
         max_small_height=settings.max_small_height,
         band=noise_band(points.depth.take(where), 0.0, settings.noise),
     )
-    found: list[tuple[Plane, Kind]] = []
-    for plane in sorted(planes, key=lambda plane: -plane.offset):
+    tops: list[tuple[float, Mask, Plane]] = []
+    for plane in planes:
         piece = largest_piece(plane.inliers, points.steps(REACH_PX)).ravel()[where]
         if not piece.any():
             continue
@@ -59,7 +59,10 @@ def tops_in_frame(
             continue
         if area(top) < settings.min_table_area or diagonal(top) < settings.min_table_diagonal:
             continue
+        tops.append((height, top, plane))
+    found: list[tuple[Plane, Kind]] = []
+    for height, top, plane in sorted(tops, key=lambda found: -area(found[1])):
         kind = above.judge(height, top, plane.distance(xyz))
         if kind is not None and (kind is not Kind.THING or diagonal(top) >= MIN_SURE):
             found.append((plane, kind))
-    return found
+    return sorted(found, key=lambda found: -found[0].offset)

@@ -21,6 +21,7 @@ ON: dict[Kind, int] = {
     Kind.TABLE: ON_TABLE,
     Kind.FURNITURE: ON_FURNITURE,
     Kind.DOUBTFUL: ON_DOUBTFUL,
+    Kind.BARE: ON_DOUBTFUL,
 }
 
 
@@ -33,17 +34,13 @@ def on_supports(points: Points, supports: Iterable[Support], noise: float) -> Ar
     everywhere = np.ones(points.depth.shape, np.bool_)
     for support in supports:
         # Another thing may be as high as a table elsewhere, such as a seat.
-        is_known = support.core is not None or support.kind is Kind.DOUBTFUL
+        is_known = support.core is not None or ON[support.kind] == ON_DOUBTFUL
         extent = support.extent if is_known else None
         _mark_on(
-            points.depth,
-            points.normals,
-            support.heights,
+            *(points.depth, points.normals, support.heights),
             everywhere if extent is None else extent,
             support.plane.normal.astype(np.float32),
-            support.settings.slab,
-            noise,
-            ON[support.kind] if support.is_table else ON_FLOOR,
+            *(support.settings.slab, noise, ON[support.kind] if support.is_table else ON_FLOOR),
             kinds,
         )
     return kinds

@@ -124,7 +124,7 @@ def map_tables(
     tables: list[Table] = []
     is_top = np.zeros(ground.shape, np.bool_)
     found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
-    for height, top in sorted(found, key=lambda top: top[0]):
+    for height, top in sorted(found, key=lambda found: -area(found[1])):
         kind = above.judge(height, top, heights - height)
         if kind is not None:
             is_top |= top
@@ -134,7 +134,7 @@ def map_tables(
         _table(ground, float(np.median(above.highest[piece])), piece, Kind.FURNITURE)
         for piece in bulky
     ]
-    return (*tables, *rest)
+    return (*sorted(tables, key=lambda table: table.height), *rest)
 
 
 def _table(ground: Ground, height: float, top: Mask, kind: Kind) -> Table:
@@ -145,7 +145,7 @@ def _table(ground: Ground, height: float, top: Mask, kind: Kind) -> Table:
     return Table(height, ground.axes, low, inset(top[window]), kind)
 
 
-def level_surface(points: Points, up: Array, noise: float) -> Array:
+def level_surface(points: Points, up: Array, noise: float, is_veil: Mask) -> Array:
     """Return (n, 3) points of the camera's that cover the level surfaces in view, about evenly.
 
     Level is what the normals tell so. At grazing angles, where few rows show a top and give no
@@ -159,11 +159,14 @@ def level_surface(points: Points, up: Array, noise: float) -> Array:
     rise = (far - near) @ up
     run = np.linalg.norm(far - near - rise[..., None] * up, axis=-1)
     is_grazing = (run > 0.03 + 4 * noise * near[..., 2] ** 2) & is_unknown[1:] & is_unknown[:-1]
+    # A veil falls with the view; a surface seen from the edge, by less than a row is high.
+    is_even = np.abs(rise) < abs(float(points.y[1] - points.y[0])) * near[..., 2]
     is_between = (is_level[1:] & is_level[:-1]) | is_grazing
+    is_between &= is_even | ~(is_veil[1:] | is_veil[:-1])
     is_between &= (np.abs(rise) < np.tan(MAX_LEVEL_ANGLE) * run) & (run < 0.3)
     start, way = near[is_between], (far - near)[is_between]
     between = [start + share * way for share in np.arange(0, 1, CELL / 0.3).astype(np.float32)]
-    return np.concatenate([points.xyz[is_level], *between])
+    return np.concatenate([points.xyz[is_level & ~is_veil], *between])
 
 
 def _tops(

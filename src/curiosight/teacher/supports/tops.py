@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -36,6 +37,8 @@ MIN_HEIGHT, MAX_HEIGHT = 0.2, 1.3
 # What rises so many metres over a top stands on it or is its own; what is higher than the last
 # over the floor is a wall.
 MIN_RISE, MAX_RISE, WALL_HEIGHT = 0.05, 0.5, 1.3
+# Metres of a wall that are seen to be so high, and of a window in it, at least and at most.
+MIN_WALL, MAX_WINDOW = 0.6, 2.5
 # Share of a thing that is inside the outline of what it stands on, surely and perhaps, and its
 # least area in m².
 MIN_INSIDE, MAYBE_INSIDE, MIN_STANDING = 0.7, 0.5, 3 * CELL**2
@@ -52,8 +55,8 @@ MIN_CLOSED, MIN_HOLLOW = 0.7, 0.05
 MIN_SEEN_AROUND = 0.6
 # Metres across a surface that is smaller is never taught as not salient: it may be a lid.
 MIN_SURE = 0.7
-# Square metres of a high one that is no sill and no shelf's board, see `max_small_height`.
-MIN_HIGH_AREA = 0.25
+# Metres across a high one that is no sill and no shelf's board, see `max_small_height`.
+MIN_HIGH_WIDTH = 0.34
 # What stands on a top hides some of it, and casts a shadow: gaps of half so many metres are closed.
 WIDEST_GAP = 0.25
 
@@ -63,16 +66,37 @@ def near_walls(highest: Array) -> Mask:
     return grown(highest >= WALL_HEIGHT, 0.12)
 
 
+def of_walls(highest: Array) -> Mask:
+    """(rows, columns) bool: the cells of a wall, which goes on below its windows.
+
+    highest: as in `near_walls`.
+    """
+    is_high = (highest >= WALL_HEIGHT).astype(np.uint8)
+    lines = cv2.HoughLinesP(
+        is_high,
+        1.0,
+        np.pi / 90,
+        round(MIN_WALL / CELL),
+        minLineLength=MIN_WALL / CELL,
+        maxLineGap=MAX_WINDOW / CELL,
+    )
+    for line in [] if lines is None else lines.reshape(-1, 4).tolist():
+        cv2.line(is_high, line[:2], line[2:], 1.0, thickness=3)
+    return is_high > 0
+
+
 class Kind(Enum):
     """What a level surface over the floor is.
 
     TABLE: carries things, or is larger than they are. FURNITURE: larger too, but what is on it is
-    part of it. DOUBTFUL: may be either, or an object. THING: the top of an object.
+    part of it. DOUBTFUL: may be either, or an object. BARE: furniture or an object, on which
+    nothing stands. THING: the top of an object.
     """
 
     TABLE = "table"
     FURNITURE = "seat, bed or shelf"
     DOUBTFUL = "support or thing"
+    BARE = "furniture or thing"
     THING = "thing"
 
     @property
@@ -112,7 +136,8 @@ class TopView:
         joins one and carries nothing is its arm or back.
         """
         standing, is_small = self.standing(), diagonal(self.top) < MIN_SURE
-        if self.height > self.max_small_height and (is_small or area(self.top) < MIN_HIGH_AREA):
+        is_narrow = is_small or 2 * np.max(inset(self.top)) < MIN_HIGH_WIDTH
+        if self.height > self.max_small_height and is_narrow:
             return Kind.THING
         if is_small and self._is_container():
             return Kind.THING
@@ -129,7 +154,7 @@ class TopView:
         is_in_size = np.hypot(diagonal(body), highest) <= max_size + self.blur
         if is_small or (is_in_size and self._share_seen_around(body) >= MIN_SEEN_AROUND):
             return Kind.THING
-        return Kind.FURNITURE if rests else Kind.DOUBTFUL
+        return Kind.FURNITURE if rests else Kind.BARE
 
     def standing(self, min_inside: float = MIN_INSIDE) -> list[Mask]:
         """Return what stands on the surface: what rises inside its outline and ends there.
@@ -165,7 +190,7 @@ class TopView:
             return True
         if self.height > MAX_SEAT_HEIGHT or area(self.top) > MIN_BED_AREA:
             return self.height <= MAX_SEAT_HEIGHT
-        rises = is_own & (self.highest > self.height + 0.08) & (self.highest < WALL_HEIGHT)
+        rises = is_own & (self.highest > self.height + 0.08) & ~of_walls(self.highest)
         return self._share_along_edge(rises) > MIN_ENCLOSED
 
     def _is_container(self) -> bool:
@@ -211,16 +236,18 @@ class SeenFromAbove:
         self._is_seen = ground.count(cells) > 0
         self._points = ground, cells, heights, band
         self._limits = max_size, max_small_height, blur
-        self._lower: list[Mask] = []
+        self._larger: list[Mask] = []
         self._seats: list[Mask] = []
 
     def judge(self, height: float, top: Mask, over: Array) -> Kind | None:
-        """Return what a surface is, the lowest first; None = it belongs to what stands on another.
+        """Return what a surface is, the largest first.
+
+        None = it is below or over most of another, and belongs to it or to what stands on it.
 
         height: metres over the floor. top: (rows, columns) bool. over: (n,) metres of the points
         over the surface.
         """
-        if any(np.mean(lower[top]) > 0.5 for lower in self._lower):
+        if any(np.mean(larger[top]) > 0.5 for larger in self._larger):
             return None
         (ground, cells, heights, band), (max_size, max_small_height, blur) = (
             self._points,
@@ -240,7 +267,7 @@ class SeenFromAbove:
             blur,
         )
         kind = view.kind(max_size, self._seats)
-        self._lower.append(top)
+        self._larger.append(top)
         if kind is Kind.FURNITURE:
             self._seats.append(top)
         return kind

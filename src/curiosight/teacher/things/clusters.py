@@ -53,17 +53,13 @@ def join_stacked(
     reach: largest gap between the two, metres. margin: metres by which their outlines may miss
         each other.
     """
-    parent = np.arange(len(boxes))
-    _join_below(boxes, hovers, support, reach, margin, parent)
-    return np.asarray(number_sets(parent))
+    return np.asarray(_join_below(boxes, hovers, support, reach, margin))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join_below(
-    boxes: Array, hovers: Array, support: Array, reach: float, margin: float, parent: Array
-) -> None:
-    """Join what hovers with what is below it, as `join_stacked` says."""
-    far, wider = np.float32(reach), np.float32(margin)
+def _join_below(boxes: Array, hovers: Array, support: Array, reach: float, margin: float) -> Array:
+    """Return what `join_stacked` does."""
+    parent, far, wider = np.arange(len(boxes)), np.float32(reach), np.float32(margin)
     for upper in range(len(boxes)):
         bottom = boxes[upper, 2, 0]
         for lower in range(len(boxes)):
@@ -74,6 +70,8 @@ def _join_below(
                 joins &= boxes[lower, axis, 0] < boxes[upper, axis, 1] + wider
             if joins:
                 join_nodes(parent, upper, lower)
+    number: Array = number_sets(parent)
+    return number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask
-from curiosight.teacher.cloud.points import Points
 
 Array = npt.NDArray[Any]
 # Lower than this (metres) a point in the crease may be either's.
@@ -18,38 +17,25 @@ MIN_FOOT_HEIGHT = 0.006
 MAX_STEP = 0.01
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def join_feet(
     number: Array,
     are_objects: Array,
     free: Mask,
     heights: Array,
-    points: Points,
-    *,
-    slab: float,
-    noise: float,
-) -> None:
-    """Give the slab's points straight below an object in the image its number.
-
-    Changes (h, w) int32 `number`, of each point's cluster, 0 = none.
-    are_objects: (n_clusters + 1,) bool, the objects on one support. heights: (h, w) metres over
-    it. free: (h, w) bool, of neither support nor wall: in the slab, what does not face up.
-    slab: metres, thickness of its layer. noise: of inverse depth, 1/m.
-    """
-    if are_objects.any():
-        _join_down(number, are_objects, free, heights, points.depth, slab, noise)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _join_down(
-    number: Array,
-    are_objects: Array,
-    free: Array,
-    heights: Array,
     depth: Array,
     slab: float,
     noise: float,
 ) -> None:
-    """Change `number` as `join_feet` says, row by row, where no step in depth parts them."""
+    """Give the slab's points straight below an object in the image its number, row by row.
+
+    Where no step in depth parts them. Changes (h, w) int32 `number`, of each point's cluster,
+    0 = none.
+
+    are_objects: (n_clusters + 1,) bool, the objects on one support. heights: (h, w) metres over
+    it. free: (h, w) bool, of neither support nor wall: in the slab, what does not face up.
+    slab: metres, thickness of its layer. noise: of inverse depth, 1/m.
+    """
     lowest, lowest_slope = np.float32(MIN_FOOT_HEIGHT), np.float32(0.2 * noise)
     highest, slope = np.float32(slab), np.float32(noise)
     for v in range(1, number.shape[0]):

@@ -57,8 +57,7 @@ class Groups:
 
         With it comes (n_groups,) how many of its members are in the (h, w) mask.
         """
-        boxes, counts = np.empty((len(self), 4), np.int64), np.empty(len(self), np.int64)
-        _find_boxes(self.members, self.start, mask, boxes, counts)
+        boxes, counts = _find_boxes(self.members, self.start, mask)
         return boxes, counts
 
     def ends(self, values: Array, shares: Sequence[tuple[int, float]]) -> Array:
@@ -68,10 +67,8 @@ class Groups:
             much above; with a share of 0.5 both ends are at the median.
         Of a group with more than 1000 points, evenly spaced ones are looked at.
         """
-        pool = np.empty(int(self.sizes.max(initial=0)), np.float32)
-        found = np.empty((len(self), len(shares), 2), np.float32)
-        _find_ends(values, self.start, np.array(shares), pool, found)
-        return found
+        ends: Array = _find_ends(values, self.start, np.array(shares))
+        return ends
 
     def hidden_shares(self, depth: Array, *, step: float = 0.05, reach: int = 3) -> Array:
         """(n_groups,) share of a group's columns whose foot something hides.
@@ -80,10 +77,7 @@ class Groups:
         nearer by `step` metres, or no reading at all: what the group stands on cannot be seen
         there.
         """
-        lowest = np.full(depth.shape[1], -1)
-        shares = np.empty(len(self))
-        row = self.members // depth.shape[1]
-        _find_hidden(depth, row, self.members, self.start, step, reach, lowest, shares)
+        shares: Array = _find_hidden(depth, self.members, self.start, step, reach)
         return shares
 
 
@@ -112,12 +106,12 @@ def _sort(where: Array, number: Array, min_points: int) -> tuple[Array, Array]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_boxes(members: Array, start: Array, mask: Array, boxes: Array, counts: Array) -> None:
-    """Set the (n_groups, 4) boxes and the (n_groups,) counts that `Groups.boxes` returns."""
-    height, width = mask.shape
-    for group in range(len(counts)):
+def _find_boxes(members: Array, start: Array, mask: Array) -> tuple[Array, Array]:
+    """Return what `Groups.boxes` does."""
+    (height, width), n_groups, v = mask.shape, len(start) - 1, 0
+    boxes, counts = np.empty((n_groups, 4), np.int64), np.empty(n_groups, np.int64)
+    for group in range(n_groups):
         left, top, right, bottom, n_in = width, height, 0, 0, 0
-        v = 0
         for place in range(start[group], start[group + 1]):
             # Most points are in the row of the one before, and divisions are slow.
             if not 0 <= members[place] - v * width < width:
@@ -128,11 +122,14 @@ def _find_boxes(members: Array, start: Array, mask: Array, boxes: Array, counts:
         boxes[group, 0], boxes[group, 1] = left, top
         boxes[group, 2], boxes[group, 3] = right + 1, bottom + 1
         counts[group] = n_in
+    return boxes, counts
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: Array) -> None:
-    """Set what `Groups.ends` returns; pool: (size of the largest group,), to work with."""
+def _find_ends(values: Array, start: Array, shares: Array) -> Array:
+    """Return what `Groups.ends` does."""
+    found = np.empty((len(start) - 1, len(shares), 2), np.float32)
+    pool = np.empty(2000, np.float32)
     for group in range(len(found)):
         first, last = start[group], start[group + 1] - 1
         stride = 1 + (last - first) // 1000
@@ -143,31 +140,21 @@ def _find_ends(values: Array, start: Array, shares: Array, pool: Array, found: A
                 pool[place] = values[first + place * stride, column]
             n_beyond = min(int(share * n), n - 1 - int(share * n))
             found[group, one, 0], found[group, one, 1] = find_ends(pool[:n], n_beyond)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_hidden(
-    depth: Array,
-    row: Array,
-    members: Array,
-    start: Array,
-    step: float,
-    reach: int,
-    lowest: Array,
-    shares: Array,
-) -> None:
-    """Set what `Groups.hidden_shares` returns.
-
-    row: (n,) of the members. lowest: (w,) -1, to work with: the lowest row of each column.
-    """
+def _find_hidden(depth: Array, members: Array, start: Array, step: float, reach: int) -> Array:
+    """Return what `Groups.hidden_shares` does."""
     height, width = depth.shape
+    lowest, shares = np.full(width, -1), np.empty(len(start) - 1)
     for group in range(len(shares)):
         for place in range(start[group], start[group + 1]):
-            column = members[place] - row[place] * width
-            lowest[column] = max(lowest[column], row[place])
+            row = members[place] // width
+            column = members[place] - row * width
+            lowest[column] = max(lowest[column], row)
         n_columns, n_hidden = 0, 0
-        for place in range(start[group], start[group + 1]):
-            column = members[place] - row[place] * width
+        for column in range(width):
             foot = lowest[column]
             if foot >= 0:
                 nearer = depth[foot, column] - np.float32(step)
@@ -177,3 +164,4 @@ def _find_hidden(
                 n_hidden += not (near >= nearer and far >= nearer)
                 lowest[column] = -1
         shares[group] = n_hidden / n_columns
+    return shares

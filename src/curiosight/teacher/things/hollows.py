@@ -34,36 +34,22 @@ def find_hollows(
     max_step: metres. min_share: of what is enclosed that is support, and of the places where
         that ends upwards that go on so.
     """
-    hollows = np.zeros(number.shape, np.int32)
     around = [(place, *box) for place, box in boxes]
-    if around:
-        # The number of the flood that was at each point, in the order of all floods.
-        flooded, queue = np.zeros(number.shape, np.int32), np.empty((number.size, 2), np.int32)
-        ends = np.empty((4, max(number.shape)), np.int64)
-        grids = number, is_support, points.depth
-        work = flooded, queue, ends, hollows
-        _find_hollows(*grids, np.array(around), max_step, min_share, *work)
-    return hollows
+    if not around:
+        return np.zeros(number.shape, np.int32)
+    grids = number, is_support, points.depth
+    return np.asarray(_find_hollows(*grids, np.array(around), max_step, min_share))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_hollows(
-    number: Array,
-    is_support: Array,
-    depth: Array,
-    boxes: Array,
-    max_step: float,
-    min_share: float,
-    flooded: Array,
-    queue: Array,
-    ends: Array,
-    hollows: Array,
-) -> None:
-    """Set (h, w) `hollows` as `find_hollows` says; boxes: (n, 5) number and ends of each.
-
-    flooded: (h, w) 0, queue: (h * w, 2), ends: (4, h or w), to work with.
-    """
-    highest, flood = np.float32(max_step), 0
+    number: Array, is_support: Array, depth: Array, boxes: Array, max_step: float, min_share: float
+) -> Array:
+    """Return what `find_hollows` does; boxes: (n, 5) number and ends of each."""
+    hollows, highest, flood = np.zeros_like(number), np.float32(max_step), 0
+    # The number of the flood that was at each point, in the order of all floods.
+    flooded, queue = np.zeros_like(number), np.empty((number.size, 2), np.int32)
+    ends = np.empty((4, max(number.shape)), np.int64)
     for place in range(len(boxes)):
         box, before = boxes[place], flood
         _outline(number, box, ends)
@@ -87,6 +73,7 @@ def _find_hollows(
                     for index in range(n):
                         if is_support[queue[index, 0], queue[index, 1]]:
                             hollows[queue[index, 0], queue[index, 1]] = box[0]
+    return hollows
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -48,8 +48,8 @@ def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
 
     regions: (h, w) int32, instances of masks, see `part_along_masks`; None = there are none.
     """
-    free, points = around.free, around.points
-    bodies = connect_bodies(free, points.depth, around.settings.noise)
+    free, points, noise = around.free, around.points, around.settings.noise
+    bodies = connect_bodies(free, points.depth, noise)
     things = find_things(divide(free, bodies, around), around)
     judged = _judged(things, bodies, around)
     if regions is not None:
@@ -57,15 +57,9 @@ def find_objects(around: Surroundings, regions: Array | None = None) -> Things:
     number = number_points((thing for thing, _ in judged), free.shape)
     carrier = np.array([-1, *(t.support if v is Verdict.OBJECT else -1 for t, v in judged)])
     for place, support in enumerate(around.supports):
-        join_feet(
-            number,
-            carrier == place,
-            free,
-            support.heights,
-            points,
-            slab=support.settings.slab,
-            noise=around.settings.noise,
-        )
+        on_it, slab = carrier == place, support.settings.slab
+        if on_it.any():
+            join_feet(number, on_it, free, support.heights, points.depth, slab, noise)
     extents = np.zeros((len(judged), 5), np.int64)
     _measure_extents(number, extents)
     measured = zip(judged, extents.tolist(), strict=True)
@@ -136,22 +130,12 @@ def _take_over(
 
     They, and those under it, are free no more. All are (h, w).
     """
-    nowhere = np.zeros((1, 1), np.bool_)
-    extent = nowhere if support.extent is None else support.extent
-    _divide(
-        free,
-        bodies.number,
-        beside_table(bodies, support),
-        extent,
-        extent if support.core is None else support.core,
-        support.heights,
-        around.points.depth,
-        support.settings.slab,
-        around.settings.noise,
-        support.settings.max_height,
-        place,
-        carrier,
-    )
+    extent = np.zeros((1, 1), np.bool_) if support.extent is None else support.extent
+    core = extent if support.core is None else support.core
+    is_beside, depth = beside_table(bodies, support), around.points.depth
+    limits = support.settings.slab, around.settings.noise, support.settings.max_height
+    grids = bodies.number, is_beside, extent, core, support.heights, depth
+    _divide(free, *grids, *limits, place, carrier)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

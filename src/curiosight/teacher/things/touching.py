@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.teacher.cloud.planes import noise_band
+from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.things.groups import Groups
 from curiosight.teacher.things.hollows import find_hollows
@@ -42,12 +42,12 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
     groups = Groups.of(where, patch.take(where))
     whose = thing.take(groups.members[groups.start[:-1]])
     support = np.array([one.support for one in things]).take(whose - 1)
-    heights, is_level = _over_supports(things, thing, box, around)
+    heights = _over_supports(things, thing, box, around)
     patches = Patches.measure(groups, points, heights.take(groups.members), noise)
     same = patches.meet_convexly() | patches.are_inside() | patches.go_on_behind()
     parent = np.arange(len(groups))
     join_linked(same & (support[:, None] == support), parent)
-    hollows = _find_hollows(things, thing, is_level, points, box)
+    hollows = _find_hollows(things, thing, around.is_support[box], points, box)
     reach = points.steps(WALL_PX)
     _join_around(hollows, thing, patches.number, parent, reach=reach)
     min_points = points.evidence(around.settings.min_cluster_px)
@@ -66,19 +66,16 @@ def part_touching(things: list[Thing], around: Surroundings) -> list[Thing]:
 
 def _over_supports(
     things: list[Thing], thing: Array, box: tuple[slice, slice], around: Surroundings
-) -> tuple[Array, Array]:
-    """(h, w) metres of the things' points over their supports, and whether a point is on one.
+) -> Array:
+    """(h, w) metres of the things' points over their supports.
 
     thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
     """
-    heights, is_level = np.zeros(thing.shape, np.float32), np.zeros(thing.shape, np.bool_)
+    heights = np.zeros(thing.shape, np.float32)
     support = np.array([-1, *(one.support for one in things)]).take(thing)
     for place in sorted({one.support for one in things}):
-        over = around.supports[place]
-        slab = noise_band(around.points.depth[box], over.settings.slab, around.settings.noise)
-        is_level |= np.abs(over.heights[box]) < slab
-        heights = np.where(support == place, over.heights[box], heights)
-    return heights, is_level
+        heights = np.where(support == place, around.supports[place].heights[box], heights)
+    return heights
 
 
 def _box_around(things: list[Thing]) -> tuple[slice, slice]:
@@ -99,19 +96,19 @@ def _window(points: Points, box: tuple[slice, slice]) -> Points:
 
 
 def _find_hollows(
-    things: list[Thing], thing: Array, is_level: Array, points: Points, box: tuple[slice, slice]
+    things: list[Thing], thing: Array, is_support: Mask, points: Points, box: tuple[slice, slice]
 ) -> Array:
     """(h, w) int32 number of the thing that each point is inside of, 0 = none.
 
     thing: (h, w) int32 number of each point's thing, in the rows and columns of the box.
-    is_level: (h, w) bool, as high as the support.
+    is_support: (h, w) bool, on one.
     """
     left, top = box[1].start, box[0].start
     boxes = [
         (number, (u_min - left, v_min - top, u_max - left, v_max - top))
         for number, (u_min, v_min, u_max, v_max) in enumerate((one.box for one in things), start=1)
     ]
-    return find_hollows(thing, boxes, is_level & (thing == 0), points)
+    return find_hollows(thing, boxes, is_support, points)
 
 
 def _join_around(hollows: Array, thing: Array, patch: Array, parent: Array, *, reach: int) -> None:
@@ -119,19 +116,26 @@ def _join_around(hollows: Array, thing: Array, patch: Array, parent: Array, *, r
 
     All are (h, w), see `_find_hollows` and `Patches.number`. reach: cells.
     """
-    if not hollows.any():
-        return
-    is_in = (hollows > 0).astype(np.uint8)
-    _, piece, stats, _ = cv2.connectedComponentsWithStats(is_in, connectivity=4)
-    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    for one, (left, top, width, height, _) in enumerate(stats[1:].tolist(), start=1):
-        rows = slice(max(0, top - reach), top + height + reach)
-        part = rows, slice(max(0, left - reach), left + width + reach)
-        is_hollow = piece[part] == one
-        is_beside = cv2.dilate(is_hollow.astype(np.uint8), square) > 0
-        wall = np.unique(patch[part][is_beside & (thing[part] == hollows[part][is_hollow][0])]) - 1
-        for other in wall[1:]:
-            join_nodes(parent, int(wall[0]), int(other))
+    if hollows.any():
+        n, piece = cv2.connectedComponents((hollows > 0).astype(np.uint8), connectivity=4)
+        _join_beside(hollows, piece, thing, patch, reach, np.full(n, -1), parent)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join_beside(
+    hollows: Array, piece: Array, thing: Array, patch: Array, reach: int, wall: Array, parent: Array
+) -> None:
+    """Join what `_join_around` says; wall: (n_pieces,) -1, to work with: a patch of each."""
+    height, width = piece.shape
+    for v in range(height):
+        for u in range(width):
+            one = piece[v, u]
+            for row in range(max(v - reach, 0), min(v + reach + 1, height) if one > 0 else 0):
+                for column in range(max(u - reach, 0), min(u + reach + 1, width)):
+                    if thing[row, column] == hollows[v, u]:
+                        beside = patch[row, column] - 1
+                        wall[one] = beside if wall[one] < 0 else wall[one]
+                        join_nodes(parent, wall[one], beside)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

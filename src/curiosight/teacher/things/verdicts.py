@@ -12,16 +12,14 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.cloud.planes import Mask, horizontal_axes
-from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.ranks import ends
 from curiosight.teacher.supports.supports import Support
 from curiosight.teacher.things.things import Thing
 from curiosight.teacher.walls.surroundings import Surroundings
 
 Array = npt.NDArray[Any]
-# Beyond the range, and in a row or column too near: stray readings cover so many pixels of a
-# 640x480 image, and reach so far.
-STRAY_PX, TORN_PX = 50, 6
+# Stray readings beyond the range cover so many pixels of a 640x480 image.
+STRAY_PX = 50
 # Over a crease, where no normal is known, in pixels of a 640x480 image.
 CREASE_PX = 18
 # Share of a thing that is straight above or below a surface which is its own.
@@ -34,10 +32,8 @@ class Verdict(Enum):
     OBJECT = "object"
     CUT = "touches the image border"
     FAR = "reaches beyond the range"
-    NEAR = "reaches nearer than the sensor sees"
     SMALL = "too small"
     LARGE = "too large"
-    SPARSE = "too few points for its size"
     HIGH = "too high over its support"
     FLAT = "hardly rises over its support"
     FLOATING = "stands on nothing"
@@ -74,17 +70,13 @@ def judge(thing: Thing, around: Surroundings) -> Verdict:
         return Verdict.SMALL
     if not _fits(thing, around):
         return Verdict.LARGE
-    if _is_sparse(thing, around.points):
-        return Verdict.SPARSE
     if thing.top > limits.max_size:
         return Verdict.HIGH
-    if any(_is_part_of_table(table, thing, support) for table in around.supports):
+    if not support.is_table and any(_is_part_of_table(one, thing) for one in around.supports):
         return Verdict.FURNITURE
-    depth = around.points.depth.take(thing.members)
-    if np.count_nonzero(depth > settings.max_range - 0.05) > around.points.count(STRAY_PX):
+    is_far = around.points.depth.take(thing.members) > settings.max_range - 0.05
+    if np.count_nonzero(is_far) > around.points.count(STRAY_PX):
         return Verdict.FAR
-    if _goes_on_nearer(thing, depth, around.points, settings.near_range):
-        return Verdict.NEAR
     if _is_part_of_wall(thing, support, around):
         return Verdict.WALL_PART
     # From above, over a table, the whole of a thing is seen, and how little it rises is sure.
@@ -135,57 +127,12 @@ def _mean_cosine(xyz: Array, where: Array, direction: Array) -> float:
     return float(along / np.sqrt(x * x + y * y + z * z))
 
 
-def _is_sparse(thing: Thing, points: Points, *, min_filled: float = 0.03) -> bool:
-    """Tell whether a thing fills hardly any of its box, as scraps of a wall along the view do.
-
-    min_filled: share of the two longest sides' product that its points cover, seen face on.
-    """
-    cell = float(points.x[1] - points.x[0]) * float(points.y[1] - points.y[0])
-    covered = len(thing.members) * cell * thing.distance**2
-    _, middle, longest = sorted(thing.size)
-    return covered < min_filled * middle * longest
-
-
-def _goes_on_nearer(
-    thing: Thing,
-    depth: Array,
-    points: Points,
-    near: float,
-    *,
-    max_width: float = 0.25,
-    min_share: float = 0.3,
-) -> bool:
-    """Tell whether a slender thing ends upwards where it comes too near for the sensor.
-
-    A table's leg before the camera looks like a small object on the floor then. Of an object
-    that is seen whole the far edge of its top is uppermost, and not nearest.
-
-    depth: (n,) metres of the members. near: metres.
-    max_width: diagonal of a slender thing's ground plan, metres.
-    min_share: of the thing's columns that end so, with no reading above.
-    """
-    if hypot(*thing.size[:2]) > max_width:
-        return False
-    nearest = ends(depth, 0.02)[0]
-    if nearest > near:
-        return False
-    depths = points.depth
-    v, u = np.divmod(thing.members, depths.shape[1])
-    top = np.full(depths.shape[1], len(depths))
-    np.minimum.at(top, u, v)
-    columns = np.flatnonzero(top < len(depths))
-    top = top[columns]
-    above = depths[np.maximum(top - points.steps(TORN_PX), 0), columns]
-    ends_near = np.isnan(above) & (depths[top, columns] < nearest + 0.01)
-    return bool(np.count_nonzero(ends_near) > min_share * len(columns))
-
-
-def _is_part_of_table(table: Support, thing: Thing, support: Support) -> bool:
+def _is_part_of_table(table: Support, thing: Thing) -> bool:
     """Tell whether a thing on the floor is a seat's cushion or arm, or a table's leg or apron.
 
     Those end at the table's top, or are hidden above; the map may know only a part of the top.
     """
-    if support.is_table or table.extent is None or table.skirt is None:
+    if table.extent is None or table.skirt is None:
         return False
     share = _share_in(table.skirt, thing)
     if not table.kind.carries_objects:

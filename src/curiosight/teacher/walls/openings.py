@@ -35,17 +35,8 @@ def find_openings(
     margin: metres behind the plane that count as farther, beside the band. min_share: of the
         rays through a cell.
     """
-    counts = np.zeros((n_cells, 2), np.int64)
-    _count_through(
-        points.depth,
-        points.x,
-        points.y,
-        band,
-        to_plane.astype(np.float32),
-        np.array([*window, cell], np.float32),
-        margin,
-        counts,
-    )
+    grids, cells = (points.depth, points.x, points.y, band), np.array([*window, cell], np.float32)
+    counts = _count_through(*grids, to_plane.astype(np.float32), cells, margin, n_cells)
     openings: Mask = counts[:, 1] > min_share * np.maximum(counts[:, 0], 1)
     return openings
 
@@ -59,12 +50,13 @@ def _count_through(
     to_plane: Array,
     window: Array,
     margin: float,
-    counts: Array,
-) -> None:
-    """Add to (n_cells, 2) counts the rays that meet the plane in a cell, and those that pass it.
+    n_cells: int,
+) -> Array:
+    """(n_cells, 2): how many rays meet the plane in each cell, and how many of them pass it.
 
     depth, x, y: see `Points`. window: (4,) that of `find_openings`, and the side of a cell.
     """
+    counts = np.zeros((n_cells, 2), np.int64)
     low, bottom, top, cell = window
     a, b, c, offset = to_plane[0], to_plane[1], to_plane[2], to_plane[3, 2]
     wider = np.float32(margin)
@@ -78,3 +70,4 @@ def _count_through(
             if z > 0 and bottom < up < top and 0 <= place < len(counts):
                 counts[int(place), 0] += 1
                 counts[int(place), 1] += -(depth[v, u] * off + offset) > wider + band[v, u]
+    return counts
