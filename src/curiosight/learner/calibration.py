@@ -85,7 +85,7 @@ class Calibration:
         levels, pool = np.unique(shares, return_inverse=True)
         middles = np.bincount(pool, centres * total) / np.bincount(pool, total)
         ends = [levels[0] / 2, *levels, (1 + levels[-1]) / 2]
-        return np.interp(scores, [0, *middles, 1], ends).astype(np.float32)
+        return np.asarray(np.interp(scores, [0, *middles, 1], ends), np.float32)
 
     def _share(self) -> float:
         return float(self.counts[1].sum() / max(self.counts.sum(), 1e-12))

@@ -75,7 +75,7 @@ def odds_of_pieces(remembered: Map, piece_of_pixel: npt.NDArray[np.uint16]) -> M
     pieces = piece_of_pixel.ravel()
     mean = np.bincount(pieces, odds.ravel()) / np.maximum(np.bincount(pieces), 1)
     drawn = (1 - OF_PIECE) * odds + OF_PIECE * mean.astype(np.float32)[piece_of_pixel]
-    return np.where(piece_of_pixel > 0, drawn, odds)
+    return np.asarray(np.where(piece_of_pixel > 0, drawn, odds))
 
 
 def log_odds(segmentation: Segmentation) -> Map:
