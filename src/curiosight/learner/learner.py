@@ -42,6 +42,8 @@ from curiosight.teacher import Segmentation
 Saliency = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint8]
 KIND = "saliency model"
+# Of the views of the off-line model, to calibrate it: it learns all but one in turn.
+N_PARTS = 4
 
 
 class Teaches(Protocol):
@@ -262,7 +264,8 @@ class SaliencyLearner:
             uncertainty = enlarge(unsure[description.row_of_pixel], rgb)
         remembered = Maps(
             self._map(self.scale(votes), rgb, description),
-            self._map(self.probability(votes), rgb, description),
+            # Of votes that neighbours share: what follows edges is surer than one row is.
+            enlarge(self.probability(self._small_map(votes, rgb, description)), rgb),
             np.zeros(rgb.shape[:2], np.bool_),
             uncertainty,
         )
@@ -290,10 +293,14 @@ class SaliencyLearner:
 
     def _map(self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description) -> Saliency:
         """Return (H, W): the scores of rows as a map."""
-        small = scores[description.row_of_pixel]
-        if self.follow_edges:
-            small = follow_edges(small, shrink(rgb), self.edge_stride)
-        return enlarge(small, rgb)
+        return enlarge(self._small_map(scores, rgb, description), rgb)
+
+    def _small_map(
+        self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description
+    ) -> Saliency:
+        """Return (h, w), as the image is described."""
+        small: Saliency = scores[description.row_of_pixel]
+        return follow_edges(small, shrink(rgb), self.edge_stride) if self.follow_edges else small
 
     def describe(self, rgb: Rgb) -> Description:
         """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
@@ -372,9 +379,9 @@ class SaliencyLearner:
         """
         if self.calibration is not None:
             self.calibration = Calibration()
-            for part in (0, 1):  # each half is judged by what the other teaches
-                self.experts.fit(lessons[part::2])
-                for lesson in lessons[1 - part :: 2]:
+            for part in range(N_PARTS):  # each part is judged by what the others teach
+                self.experts.fit([one for i, one in enumerate(lessons) if i % N_PARTS != part])
+                for lesson in lessons[part::N_PARTS]:
                     votes = self.experts.vote(lesson.rows, lesson.sight)
                     counts = lesson.is_salient, ~lesson.is_salient
                     self.calibration.add(votes, *counts, forgets=False)
