@@ -106,6 +106,13 @@ def test_where_depth_has_nothing_the_map_is_what_is_remembered() -> None:
     assert not maps.is_seen.any()
 
 
+def test_a_view_that_tells_nothing_leaves_what_is_remembered() -> None:
+    learner = taught()
+    remembered = learner.maps(picture(7).rgb)
+    labels = np.full((240, 320), Label.UNKNOWN, np.uint8)
+    assert learner.fused(remembered, Segmentation.of_labels(labels, "no support")) is remembered
+
+
 def test_an_untrained_learner_says_what_depth_says() -> None:
     learner = make_learner()
     frame = picture(3)

@@ -272,7 +272,12 @@ class SaliencyLearner:
         return remembered if said is None else self.fused(remembered, said)
 
     def fused(self, remembered: Maps, segmentation: Segmentation) -> Maps:
-        """Return maps of an image that were remembered, fused with what its depth says."""
+        """Return maps of an image that were remembered, fused with what its depth says.
+
+        Where that has a `problem`, it says nothing.
+        """
+        if segmentation.problem is not None:
+            return remembered
         known = remembered.probability
         if not self.is_trained:
             known = np.full_like(known, PRIOR)
@@ -288,8 +293,7 @@ class SaliencyLearner:
             return None
         if self.teacher is None:
             raise ValueError("depth: expected a learner with a teacher, which this one has not")
-        found = self.segment(self.cameras.frame(rgb, depth, T_world_camera, camera))
-        return found if found.problem is None else None
+        return self.segment(self.cameras.frame(rgb, depth, T_world_camera, camera))
 
     def _map(self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description) -> Saliency:
         """Return (H, W): the scores of rows as a map."""
