@@ -175,7 +175,7 @@ def make_learner(
         n_threads=config.run.n_threads,
     )
     return SaliencyLearner(
-        _heard(config, teacher),
+        None if teacher is None else heard(config, teacher),
         forest,
         features=described.features,
         rows_per=described.rows_per,
@@ -195,7 +195,7 @@ def make_learner(
     )
 
 
-def _heard(config: Config, teacher: Teaches | None) -> Teaches | None:
+def heard(config: Config, teacher: Teaches) -> Teaches:
     """Return what a learner hears of a teacher, see `make_learner`."""
     if config.teacher.temporal and isinstance(teacher, Teacher):
         return TemporalTeacher(teacher)
@@ -208,7 +208,7 @@ def load_learner(
     """Return a model that was learned before, and the settings with its features and forest."""
     learner = SaliencyLearner.load(
         path,
-        _heard(config, teacher),
+        None if teacher is None else heard(config, teacher),
         seed=config.run.seed if rng is None else rng,
         n_threads=config.run.n_threads,
     )

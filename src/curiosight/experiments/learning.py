@@ -91,6 +91,7 @@ class OffLine:
                 for one in lessons
             ]
         )
+        learner.cameras.note_all(self.learner.cameras)
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
 

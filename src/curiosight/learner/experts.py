@@ -129,6 +129,31 @@ class Experts:
             votes += np.float32(weight) * forest.predict(rows)
         return votes
 
+    def disagreement(self, rows: Rows, sight: Sight | None = None) -> npt.NDArray[np.float32]:
+        """Return (n,) in [0, 0.5] how far votes for (n, F) rows of a view are from being one.
+
+        It is the standard deviation of the votes of all trees that are asked: 0.5 = half of them
+        say yes, half no. Beside a place's forest that of everywhere is asked, and counts as
+        much, so that experts that contradict each other are heard.
+        """
+        with self._lock:
+            forests = self.forests()
+            weights = self._chosen(sight)
+        if COMMON not in weights and self.common.is_trained:
+            weights = {key: weight / 2 for key, weight in weights.items()} | {COMMON: 0.5}
+        mean, square = np.zeros((2, len(rows)), np.float32)
+        for key, weight in weights.items():
+            votes = forests[key].votes(rows)
+            mean += np.float32(weight) * votes.mean(axis=1)
+            square += np.float32(weight) * (votes**2).mean(axis=1)
+        return np.asarray(np.sqrt(np.maximum(square - mean**2, 0)))
+
+    def seen_rows(self) -> list[Rows]:
+        """Return the rows of all samples, of each forest by itself."""
+        with self._lock:
+            forests = self.forests()
+        return [forest.rows for forest in forests.values()]
+
     def _chosen(self, sight: Sight | None) -> dict[int, float]:
         if self.places is None or sight is None:
             return {COMMON: 1.0}
