@@ -93,6 +93,13 @@ class Experts:
         # Held where places and their forests must fit each other.
         self._lock = Lock()
 
+    def __getstate__(self) -> dict[str, object]:
+        """Return what is copied and pickled: all but the lock."""
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        vars(self).update(state, _lock=Lock())
+
     @property
     def is_trained(self) -> bool:
         return self.common.is_trained or any(forest.is_trained for forest in self.of_place)

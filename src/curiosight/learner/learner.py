@@ -131,7 +131,8 @@ class SaliencyLearner:
 
     Any number of threads may call `saliency`, `describe` and `predict`, with the same bytes as
     one thread gives; also while one other thread learns (`observe`, `learn`): each map is then
-    made by the forest from before an update, or from after it, never by a half-changed one.
+    made by a forest from before an update, or from after it, never by a half-changed one. The scale
+    of its scores (`is_calibrated`) may be that of a frame later.
     Two threads must not learn at the same time. With depth a map asks the teacher, and one that
     remembers (`TemporalTeacher`) must not be asked by two threads either.
     """
