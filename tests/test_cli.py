@@ -188,14 +188,25 @@ def test_evaluate_against_ground_truth(
     assert metrics["pooled"]["all"]["roc_auc"] > 0.95
     assert (tmp_path / "out/config.toml").read_text() == (model / "config.toml").read_text()
     assert set(metrics["pooled"]) == set(PARTS)
-    assert files(tmp_path / "out") == {"config.toml", "metrics.json", "roc.png"}
+    figures = {"roc.png", "reliability.png"}
+    assert files(tmp_path / "out") == {"config.toml", "metrics.json", *figures}
+    calibration = metrics["reliability"]
+    assert calibration["learned"]["expected_calibration_error"] < 0.1
+    assert calibration["fused"]["expected_calibration_error"] < 0.05
+    fused, depth = (metrics["depth_at_hand"][name] for name in ("fused", "depth"))
+    learned = metrics["pooled"]["all"]
+    assert fused["roc_auc"] >= max(depth["roc_auc"], learned["roc_auc"]) - 0.001
+    assert fused["best_f1"] - fused["f1"] < 0.03
 
 
 def test_evaluate_against_the_teacher_says_so(model: Path, tmp_path: Path, capsys: Capsys) -> None:
     write_folder(tmp_path / "room", 2, with_ground_truth=False)
     out = tmp_path / "out"
     assert "teacher" in succeed(capsys, "evaluate", model, tmp_path / "room", "--out", out).out
-    assert json.loads((out / "metrics.json").read_text())["truth"] == "teacher"
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["truth"] == "teacher"
+    assert "depth_at_hand" not in metrics  # it would be tested against itself
+    assert metrics["reliability"].keys() == {"learned"}
 
 
 def test_evaluate_takes_ground_truth_from_elsewhere(

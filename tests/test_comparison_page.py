@@ -97,6 +97,17 @@ class TestPage:
         named = [section.get("aria-labelledby") for section in tree.iter("section")]
         assert named == [name for name in SECTIONS if name not in sections]
 
+    def test_reliability_has_a_line_and_a_name_for_each_curve(self):
+        curves = {"learned, error 0.030": np.array([[0.25, 0.5], [1.0, 1.0]])}
+        tree = read(replace(comparison(), reliability=curves))
+        (part,) = [
+            found for found in tree.iter("section") if found.get("aria-labelledby") == "reliability"
+        ]
+        assert "learned, error 0.030" in text_of(part)
+        (line,) = of_class(part, "line")
+        assert line.get("d") == "M25 50L100 0"
+        assert of_class(part, "diagonal")
+
     def test_every_picture_says_what_it_shows(self):
         tree = read(comparison())
         pictures = [*tree.iter("img"), *(s for s in tree.iter("svg") if s.get("role") == "img")]

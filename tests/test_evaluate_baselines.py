@@ -45,7 +45,7 @@ def test_everything_a_reviewer_wants_is_written(compared: tuple[Path, Path]) -> 
         for ending in ("png", "svg")
     }
     texts = {"metrics.json", "times.json", "table.md", "table.tex", "report.html", "config.toml"}
-    assert files(compared[0]) == figures | texts | {"roc.png"}
+    assert files(compared[0]) == figures | texts | {"roc.png", "reliability.png"}
 
 
 def test_metrics_of_every_method(compared: tuple[Path, Path]) -> None:

@@ -19,6 +19,7 @@ from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.rendering import render_room
 from curiosight.frame import Camera, Frame, Label, Viewpoint
+from curiosight.rooms import Look
 from curiosight.rooms.home import HomeViews, parse_home
 from curiosight.rooms.home import views as home_views
 from curiosight.rooms.home.renderer import MAX_PARTS
@@ -46,9 +47,8 @@ def views(changing: HomeViews) -> HomeViews:
     return variant(changing)
 
 
-def small_look(views: HomeViews, pose: np.ndarray, seed: int = 0, n_looks: int = 0) -> Any:
-    rng = np.random.default_rng(seed)
-    return views.look_from(pose, "look", rng, camera=SMALL, n_looks=n_looks)
+def small_look(views: HomeViews, pose: np.ndarray, seed: int = 0) -> Look:
+    return views.look_from(pose, "look", np.random.default_rng(seed), camera=SMALL)
 
 
 def test_a_drive_leads_through_all_doors_at_camera_rate(views: HomeViews) -> None:
@@ -88,7 +88,6 @@ def test_views_keep_the_contract_of_a_recording(views: HomeViews) -> None:
     assert isinstance(views, KnowsPlaces)
     assert [views.place(index) for index in range(8)] == [0, 0, 0, 0, 1, 1, 1, 1]
     assert all(views.free_space.contains(pose[:2, 3]) for pose in views.poses)
-    assert len({len(outline) for outline in views.outlines}) >= 1
     assert len(views.outlines) == 3
 
 
@@ -204,24 +203,6 @@ def test_a_room_that_changes_its_looks_cannot_be_learned(views: HomeViews) -> No
     assert errors[False][-1] < 0.8 * errors[True][-1]
 
 
-def test_a_change_moves_the_things_of_its_room_after_its_look(changing: HomeViews) -> None:
-    assert changing.n_before_change == 6
-    home, after = changing.home, changing.home.after
-    assert after is not None
-    names = [[one.name for one in h.standing(0)] for h in (home, after)]
-    assert names[0] == names[1]
-    before, then = ([one.polygon.tolist() for one in h.standing(1)] for h in (home, after))
-    assert before != then
-    pose = changing.poses[5]
-    looks = [small_look(changing, pose, n_looks=n) for n in (5, 6, 7)]
-    assert (looks[0].true_depth != looks[1].true_depth).mean() > 0.01
-    np.testing.assert_array_equal(looks[1].true_depth, looks[2].true_depth)
-    assert all(after.free_space.contains(pose[:2, 3]) for pose in changing.poses)
-    tests = changing.own_test_views(is_after=True)
-    assert str(tests.settings) == ("home:5,rooms=2,views=12,split=test,change=6:rearrange=1:room=1")
-    np.testing.assert_array_equal(small_look(tests, pose).true_depth, looks[1].true_depth)
-
-
 def test_an_exploration_is_tested_on_the_home_as_it_is(
     changing: HomeViews, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -233,3 +214,23 @@ def test_an_exploration_is_tested_on_the_home_as_it_is(
     sources = [str(run.truth.dataset.path) for _ in run]  # type: ignore[attr-defined]
     assert ["change" in source for source in sources] == 6 * [False] + [True]
     assert run.finish()["test_source"].endswith("change=6:rearrange=1:room=1")
+
+
+def test_a_change_moves_the_things_of_its_room_after_its_look(
+    changing: HomeViews, views: HomeViews
+) -> None:
+    assert changing.n_before_change == 6
+    home, after = changing.home, changing.home.after
+    assert after is not None
+    names = [[one.name for one in h.standing(0)] for h in (home, after)]
+    assert names[0] == names[1]
+    before, then = ([one.polygon.tolist() for one in h.standing(1)] for h in (home, after))
+    assert before != then
+    pose = changing.poses[5]
+    look = changing.look_from(pose, "look", np.random.default_rng(0), n_looks=6)
+    assert (look.true_depth != views.true_depth(5)).mean() > 0.01
+    assert all(after.free_space.contains(pose[:2, 3]) for pose in changing.poses)
+    tests = changing.own_test_views(is_after=True)
+    assert str(tests.settings) == ("home:5,rooms=2,views=12,split=test,change=6:rearrange=1:room=1")
+    other = tests.look_from(pose, "look", np.random.default_rng(0))
+    assert look.frame.rgb.tobytes() == other.frame.rgb.tobytes()

@@ -20,6 +20,7 @@ from curiosight.teacher import Cluster, Segmentation, Verdict
 from curiosight.viewing.examples import Example, examples
 from curiosight.viewing.figures import (
     learning_curve,
+    reliability,
     roc,
     time_per_region,
     window_shares,
@@ -204,6 +205,14 @@ class TestFigures:
         rankings = {"all": ranking(), "only salient": ranking(has_negatives=False)}
         roc(rankings, tmp_path / "roc.png")
         assert has_colour(picture(tmp_path / "roc.png"), hue(0))
+
+    def test_reliability_shows_a_curve_each(self, tmp_path):
+        curves = {"learned": np.array([[0.1, 0.0], [0.9, 1.0]]), "fused": np.array([[0.5, 0.5]])}
+        reliability(curves, tmp_path / "reliability.png")
+        for place in range(2):
+            assert has_colour(picture(tmp_path / "reliability.png"), hue(place))
+        with pytest.raises(ValueError, match="curves"):
+            reliability({}, tmp_path / "none.png")
 
     def test_examples_shows_the_images(self, tmp_path):
         examples([example(), example()], tmp_path / "examples.png")

@@ -63,6 +63,7 @@ class LearnerConfig:
         onnx:FILE.
     superpixels: seeds as in the paper, or cells, which take a tenth of the time.
     blind_share: of the pixels, taken from where depth says nothing, as not salient.
+    salient_share: of the pixels, taken from objects where a frame shows so much of them.
     follow_edges: maps follow the image's edges.
     max_places: so many places at most have forests of their own; 0 = one forest for everywhere.
     is_calibrated: scores are scaled so that the threshold has the best F1.
@@ -77,6 +78,7 @@ class LearnerConfig:
     n_superpixels: int = 600
     n_pixels: int = 700
     blind_share: float = 0.0
+    salient_share: float = 0.0
     follow_edges: bool = False
     max_places: int = 0
     is_calibrated: bool = False
@@ -89,6 +91,7 @@ class ForestConfig:
     """The forest (sec. II-A.3).
 
     n_split_features: 0 = all of them.
+    leaf_share: a node of less than this share of a tree's samples is a leaf, too.
     n_levels: values of a feature that a split tells apart, a power of 2 up to 256.
     max_rows: a tree draws rows with all their samples, about so many at most, and the oldest trees
         regrow; 0 = it draws samples, and random trees do, as in the paper.
@@ -101,6 +104,7 @@ class ForestConfig:
     max_depth: int = 10
     min_split: int = 11
     n_split_features: int = 0
+    leaf_share: float = 0.0
     n_levels: int = 256
     max_rows: int = 0
     vote: Literal["hard", "soft"] = "hard"
@@ -200,6 +204,7 @@ class Config:
                 superpixels="cells",
                 n_superpixels=1500,
                 blind_share=0.02,
+                salient_share=0.5,
                 follow_edges=True,
                 edge_stride=2,
                 max_places=16,
@@ -209,9 +214,9 @@ class Config:
                 n_regrown=2,
                 share=0.9,
                 max_depth=24,
-                min_split=80,
+                min_split=20,
                 n_split_features=12,
-                n_levels=128,
+                leaf_share=0.002,
                 max_rows=16_000,
                 vote="soft",
             ),

@@ -20,7 +20,7 @@ from curiosight.cli.explore_report import (
     took,
 )
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons, tell_places
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.talk import Talk, count, format_value
 from curiosight.config import load_config
@@ -197,6 +197,7 @@ def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
     for part, where in WHERE.items() if summary["views_after_move"] else ():
         beside = f"{format_value(ours[part])}, {BASELINE} {format_value(baseline[part])}"
         rows[f"ROC AUC, {where}"] = beside
+    rows |= tell_places(explored["places"])
     for stage, spent in explored["stages"].items():
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["seconds"] = f"{summary['seconds']:.0f}"

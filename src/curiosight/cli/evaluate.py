@@ -17,16 +17,18 @@ from curiosight.cli.talk import NO_CLASSES, NOTHING_LEARNED, Talk
 from curiosight.config import Config, load_config, to_toml
 from curiosight.evaluation import PARTS, MapScores, SplitKind
 from curiosight.experiments.comparing import Methods, choose_methods, is_network, split_names
+from curiosight.experiments.depth_at_hand import DEPTH, FUSED, DepthAtHand
 from curiosight.experiments.evaluating import CrossValidation, Evaluation
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.output import OutputFolder
-from curiosight.viewing.figures import roc
+from curiosight.viewing.figures import reliability, roc
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 # Of an earlier run, written again at the end of this one.
 LEFTOVERS = (
-    *("metrics.json", "roc.png", "report.html", "table.md", "table.tex", "times.json"),
+    *("metrics.json", "roc.png", "reliability.png", "report.html", "times.json"),
+    *("table.md", "table.tex"),
     *(
         f"figures/{name}.{e}"
         for name in ("roc", "precision_recall", "maps")
@@ -84,9 +86,11 @@ def evaluate(
     """Score saliency against ground truth, or against the teacher where there is none.
 
     Writes metrics.json (pooled and per frame: ROC AUC, average precision, best F1, F1 at 0.5,
-    overall error; also where the teacher knew nothing and beyond its range), roc.png and
-    config.toml. With --baselines also the measures of salient-object detection, intervals and
-    times of every method: report.html, table.md, table.tex, figures and times.json.
+    overall error, how far probabilities hold; also where the teacher knew nothing and beyond its
+    range; where there is depth, too, of maps fused with it and of what it says alone), roc.png,
+    reliability.png and config.toml. With --baselines also the measures of salient-object
+    detection, intervals and times of every method: report.html, table.md, table.tex, figures and
+    times.json.
     With --folds exit status 1 says that no fold learned anything.
     """
     talk = Talk(quiet=quiet, as_json=json)
@@ -115,7 +119,7 @@ def evaluate(
                 shown.advance()
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
-    _draw(evaluation.scores, folder)
+    _draw(evaluation.scores, evaluation.at_hand, folder)
     if evaluation.comparison is not None:
         given = {
             "folds": folds,
@@ -183,12 +187,20 @@ def _from_anywhere(baselines: str) -> str:
     return ",".join(from_anywhere(Path(name)) if is_network(name) else name for name in names)
 
 
-def _draw(scores: MapScores, folder: OutputFolder) -> None:
-    """Draw the curves of those parts of the pixels that show both classes."""
+def _figure(value: float | None) -> str:
+    return "none" if value is None else f"{value:.3f}"
+
+
+def _draw(scores: MapScores, at_hand: DepthAtHand, folder: OutputFolder) -> None:
+    """Draw the curves of those parts of the pixels that show both classes, and of fused maps."""
     rankings = {part.replace("_", " "): scores.ranking(part) for part in PARTS}
+    rankings["all, fused with depth"] = at_hand.scores[FUSED].ranking()
     drawn = {name: ranking for name, ranking in rankings.items() if ranking.roc_auc is not None}
     if drawn:
         roc(drawn, folder.file("roc.png"))
+    curves = at_hand.curves()
+    if curves:
+        reliability(curves, folder.file("reliability.png"))
 
 
 def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
@@ -208,6 +220,13 @@ def _rows(metrics: dict[str, Any]) -> dict[str, Any]:
         "best F1": pooled["all"]["best_f1"],
         "F1 at 0.5": pooled["all"]["f1"],
     }
+    for name, table in metrics["reliability"].items():
+        rows[f"calibration error, {name}"] = table["expected_calibration_error"]
+    for name, table in metrics.get("depth_at_hand", {}).items():
+        title = {FUSED: "fused with depth", DEPTH: "depth alone"}[name]
+        rows[f"overall error, {title}"] = table["overall_error"]
+        rows[f"ROC AUC, {title}"] = table["roc_auc"]
+        rows[f"F1 at 0.5, {title}"] = f"{_figure(table['f1'])}, best {_figure(table['best_f1'])}"
     for part in PARTS[1:]:
         rows[f"ROC AUC, {part.replace('_', ' ')}"] = pooled[part]["roc_auc"]
     for name, table in list(metrics.get("methods", {}).items())[1:]:

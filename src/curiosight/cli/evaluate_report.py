@@ -30,6 +30,7 @@ from curiosight.viewing.comparison import (
 _POOLED = ("roc_auc", "average_precision", "best_f1", "f1")
 _FILES = {
     "roc.png": "the learned map's curves, by what depth could say",
+    "reliability.png": "how far probabilities hold",
     "metrics.json": "all figures, pooled and per frame, with intervals",
     "table.md, table.tex": "the table, for a text or a paper",
     "figures/": "the curves and the maps, as PNG and SVG",
@@ -70,6 +71,7 @@ def write_report(
         problems=list(_problems(evaluation, comparison, metrics)),
         limits=list(_limits(metrics)),
         files=_FILES,
+        reliability=evaluation.at_hand.curves(),
     )
     write_comparison(report, folder.file("report.html"))
 

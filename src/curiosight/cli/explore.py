@@ -14,7 +14,7 @@ from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import example_of
 from curiosight.cli.explore_report import LEFTOVERS, REPORT, draw_figures, exploration_report
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons, tell_places
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
@@ -251,6 +251,7 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
         ),
         "tested on": _tested_on(summary),
         "samples": summary["samples"],
+        **tell_places(summary["places"]),
         "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
     }
     for stage, spent in summary["stages"].items():

@@ -143,6 +143,9 @@ def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
         f"{count(run.regions.n_regions, 'region')}, {way}, and learned from depth how objects "
         "look in colour."
     )
+    if summary["places"]:
+        n_views = ", ".join(map(str, summary["places"]))
+        sentence += f" It told {count(len(summary['places']), 'place')} apart ({n_views} views)."
     errors = _known(run, "overall_error")
     if not errors:
         return sentence

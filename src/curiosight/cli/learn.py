@@ -9,7 +9,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons, tell_places
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
@@ -105,5 +105,6 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     return {
         "frames": summary["frames"],
         "samples": drawn if drawn == kept else f"{kept} of {drawn}, chosen at random",
+        **tell_places(summary["places"]),
         "written to": folder.path,
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.experiments.problems import Lessons
@@ -18,6 +18,13 @@ def tell_lessons(talk: Talk, lessons: Lessons, *, has_learned: bool) -> None:
             talk.warn(problem)
     elif (sentence := lessons.sentence()) is not None:
         talk.note(sentence)
+
+
+def tell_places(views: Sequence[int]) -> dict[str, str]:
+    """Return the row of a result that says how many places were told apart, by whose views."""
+    if not views:
+        return {}
+    return {"places": f"{len(views)}, of {', '.join(map(str, views))} views"}
 
 
 def lesson_problems(lessons: Lessons, *, has_learned: bool) -> Iterator[str]:

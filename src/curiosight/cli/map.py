@@ -1,4 +1,4 @@
-"""curiosight map: saliency from colour alone."""
+"""curiosight map: saliency from colour alone, or from what depth shows now, too."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk
 from curiosight.config import load_config
 from curiosight.experiments.exploring import load_run_model
-from curiosight.experiments.mapping import Mapping
+from curiosight.experiments.mapping import (
+    PROBABILITY,
+    UNCERTAINTY,
+    LearnedMaps,
+    MapWriting,
+    make_map_teacher,
+)
 from curiosight.experiments.output import OutputFolder
-from curiosight.frame import Frame
-from curiosight.learner.learner import Saliency, SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.viewing.live import announce_compilation
 from curiosight.viewing.overlays import overlay_saliency
 from curiosight.worlds.sources import open_source
@@ -26,10 +31,35 @@ def map_(
     run: options.Run,
     source: Annotated[
         Path,
-        typer.Argument(
-            metavar="SOURCE", help="A recording, a folder of images, or a video; depth not needed."
-        ),
+        typer.Argument(metavar="SOURCE", help="A recording, a folder of images, or a video."),
     ],
+    depth: Annotated[
+        bool,
+        typer.Option(
+            "--depth",
+            metavar="",
+            help="Use the depth at hand, too: one map of what it shows now and what is "
+            "remembered. seen/<id>.png says which pixels it shows (255).",
+        ),
+    ] = False,
+    uncertainty: Annotated[
+        bool,
+        typer.Option(
+            "--uncertainty",
+            metavar="",
+            help="Also write uncertainty/<id>.png: 255 = like nothing that was seen, or trees "
+            "and places contradict each other.",
+        ),
+    ] = False,
+    probability: Annotated[
+        bool,
+        typer.Option(
+            "--probability",
+            metavar="",
+            help="Also write probability/<id>.png: how many in 255 such pixels are salient; "
+            "<id>.png is scaled for the best F1 at a half instead.",
+        ),
+    ] = False,
     overlay: Annotated[
         bool, typer.Option("--overlay", metavar="", help="Also write overlays/<id>.jpg.")
     ] = False,
@@ -47,8 +77,8 @@ def map_(
         typer.Option(
             "--config",
             metavar="FILE.toml",
-            help="File of settings, such as the config.toml of a run. Only run.memory_mb matters: "
-            "the model keeps all others.",
+            help="File of settings, such as the config.toml of a run. Only run.memory_mb matters, "
+            "and with --depth how it is read: the model keeps all others.",
             rich_help_panel=options.SETTINGS,
         ),
     ] = None,
@@ -63,14 +93,19 @@ def map_(
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(None, config, reading)
     folder = OutputFolder(out, "map", source, overwrite=overwrite)
-    learner = SaliencyLearner.load(load_run_model(run))
     dataset = open_source(source, reading=settings.reading)
-    talk.introduce(source, dataset, for_depth=False)
-
-    def saliency_of(frame: Frame) -> Saliency:
-        return learner.saliency(frame.rgb, None if no_poses else frame.T_world_camera)
-
-    mapping = Mapping(settings, saliency_of, dataset, folder)
+    with announce_compilation(talk.console):
+        teacher = make_map_teacher(settings, dataset) if depth else None
+    learner = SaliencyLearner.load(load_run_model(run), teacher)
+    talk.introduce(source, dataset, for_depth=depth)
+    asked = {UNCERTAINTY: uncertainty, PROBABILITY: probability}
+    maps_of = LearnedMaps(
+        learner,
+        with_poses=not no_poses,
+        with_depth=depth,
+        folders=frozenset(name for name, is_asked in asked.items() if is_asked),
+    )
+    mapping = MapWriting(settings, maps_of, dataset, folder)
     with announce_compilation(talk.console), talk.following("map", len(dataset)) as shown:
         for frame, saliency in mapping:
             if overlay and saliency is not None:

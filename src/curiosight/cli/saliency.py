@@ -13,7 +13,7 @@ from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
 from curiosight.evaluation.baselines import METHODS
-from curiosight.experiments.mapping import Mapping
+from curiosight.experiments.mapping import MapWriting
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
@@ -47,7 +47,7 @@ def saliency(
     dataset = open_source(source, reading=settings.reading)
     talk.introduce(source, dataset, for_depth=False)
     find = METHODS[method]
-    mapping = Mapping(settings, lambda frame: find(frame.rgb), dataset, folder)
+    mapping = MapWriting(settings, lambda frame: {"": find(frame.rgb)}, dataset, folder)
     following = talk.following(method, len(dataset))
     with announce_compilation(talk.console), CtrlC() as ctrl_c, following as shown:
         for _ in ctrl_c.until_pressed(mapping):

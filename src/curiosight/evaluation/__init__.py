@@ -8,6 +8,7 @@ from curiosight.evaluation.method_scores import MethodScores
 from curiosight.evaluation.object_metrics import ObjectScore, score_objects
 from curiosight.evaluation.object_scores import MEASURES, ObjectScores
 from curiosight.evaluation.object_truth import ObjectTruth
+from curiosight.evaluation.reliability import Reliability
 from curiosight.evaluation.score_histograms import (
     average_precision,
     precision_recall,
@@ -35,6 +36,7 @@ __all__ = [
     "ObjectScore",
     "ObjectScores",
     "ObjectTruth",
+    "Reliability",
     "ScoredFrame",
     "SplitKind",
     "TeacherCounts",

@@ -167,6 +167,7 @@ def make_learner(
         max_depth=settings.max_depth,
         min_split=settings.min_split,
         n_split_features=settings.n_split_features or None,
+        leaf_share=settings.leaf_share,
         n_levels=settings.n_levels,
         max_rows=settings.max_rows or None,
         vote=settings.vote,
@@ -174,7 +175,7 @@ def make_learner(
         n_threads=config.run.n_threads,
     )
     return SaliencyLearner(
-        _heard(config, teacher),
+        None if teacher is None else heard(config, teacher),
         forest,
         features=described.features,
         rows_per=described.rows_per,
@@ -184,6 +185,7 @@ def make_learner(
         n_superpixels=described.n_superpixels,
         n_pixels=described.n_pixels,
         blind_share=described.blind_share,
+        salient_share=described.salient_share,
         follow_edges=described.follow_edges,
         edge_stride=described.edge_stride,
         threshold=described.threshold,
@@ -193,7 +195,7 @@ def make_learner(
     )
 
 
-def _heard(config: Config, teacher: Teaches | None) -> Teaches | None:
+def heard(config: Config, teacher: Teaches) -> Teaches:
     """Return what a learner hears of a teacher, see `make_learner`."""
     if config.teacher.temporal and isinstance(teacher, Teacher):
         return TemporalTeacher(teacher)
@@ -206,7 +208,7 @@ def load_learner(
     """Return a model that was learned before, and the settings with its features and forest."""
     learner = SaliencyLearner.load(
         path,
-        _heard(config, teacher),
+        None if teacher is None else heard(config, teacher),
         seed=config.run.seed if rng is None else rng,
         n_threads=config.run.n_threads,
     )
@@ -221,6 +223,7 @@ def load_learner(
             n_superpixels=learner.n_superpixels,
             n_pixels=learner.n_pixels,
             blind_share=learner.blind_share,
+            salient_share=learner.salient_share,
             follow_edges=learner.follow_edges,
             edge_stride=learner.edge_stride,
             threshold=learner.threshold,

@@ -18,10 +18,12 @@ from curiosight.evaluation import MapScores, SplitKind, make_folds
 from curiosight.experiments.comparing import DEPTH, Comparison, Judged, Methods
 from curiosight.experiments.components import (
     count_learned,
+    heard,
     load_learner,
     make_teacher,
     place,
 )
+from curiosight.experiments.depth_at_hand import DepthAtHand
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.timing import one_thread
@@ -55,6 +57,7 @@ class Evaluation:
         self.n_learned = count_learned(self.learner, dataset, self.truth.indices)
         self.comparison = _compare(self.config, methods, self.truth, self.learner)
         self.scores = _scores(self.comparison, config, self.learner)
+        self.at_hand = _at_hand(config, self.truth, self.learner)
         self.problems = Problems()
 
     def __len__(self) -> int:
@@ -62,7 +65,7 @@ class Evaluation:
 
     def __iter__(self) -> Iterator[Frame]:
         """Score frame by frame; yield each when it is done."""
-        yield from _score(self.scores, self.learner, self.truth, self.problems, self.comparison)
+        yield from _score(self, self.learner, self.truth)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
@@ -72,6 +75,7 @@ class Evaluation:
             "source": place(self.truth.dataset),
             "truth": self.truth.kind,
             **_checked(self.scores, self.truth.dataset),
+            **self.at_hand.metrics(),
             **_of_methods(self.comparison),
         }
 
@@ -105,6 +109,7 @@ class CrossValidation:
         self.truth = find_truth(dataset, range(len(dataset)), self.off_line.teacher)
         self.comparison = _compare(config, methods, self.truth, self.learner)
         self.scores = _scores(self.comparison, config, self.learner)
+        self.at_hand = _at_hand(config, self.truth, self.learner)
         self.problems = self.off_line.problems
         self.n_untrained = 0
 
@@ -125,7 +130,7 @@ class CrossValidation:
             self.n_untrained += not learner.is_trained
             tested = tuple(sorted(set(self.truth.indices) & set(test.tolist())))
             part = replace(self.truth, indices=tested)
-            yield from _score(self.scores, learner, part, self.problems, self.comparison)
+            yield from _score(self, learner, part)
 
     def metrics(self) -> dict[str, Any]:
         """Return all figures, JSON-able."""
@@ -139,6 +144,7 @@ class CrossValidation:
             "taught_nothing": self.off_line.lessons.summary(),
             "folds_that_learned_nothing": self.n_untrained,
             **_checked(self.scores, self.dataset),
+            **self.at_hand.metrics(),
             **_of_methods(self.comparison),
         }
 
@@ -170,25 +176,29 @@ def _scores(comparison: Comparison | None, config: Config, learner: SaliencyLear
     return MapScores(max_range=config.max_range, threshold=learner.threshold)
 
 
+def _at_hand(config: Config, truth: Truth, learner: SaliencyLearner) -> DepthAtHand:
+    is_depth = truth.kind == "ground truth" and config.teacher.is_depth
+    teacher = heard(config, truth.teacher) if is_depth and truth.teacher is not None else None
+    return DepthAtHand(teacher, threshold=learner.threshold, seed=config.run.seed)
+
+
 def _score(
-    scores: MapScores,
-    learner: SaliencyLearner,
-    truth: Truth,
-    problems: Problems,
-    comparison: Comparison | None,
+    to: Evaluation | CrossValidation, learner: SaliencyLearner, truth: Truth
 ) -> Iterator[Frame]:
     """Add the maps of a truth's usable frames to the scores; yield each frame when it is done."""
+    comparison = to.comparison
     with one_thread() if comparison else nullcontext():
         for index, (frame, labels) in zip(truth.indices, truth, strict=True):
-            problems.add(frame)
+            to.problems.add(frame)
             if labels is not None:
                 taught = labels if truth.kind == "teacher" else truth.teacher_labels(frame)
+                maps = learner.maps(frame.rgb, frame.T_world_camera)
+                to.at_hand.add(frame, learner, maps, labels)
                 distances = truth.true_depth(index)
-                learned = partial(learner.saliency, T_world_camera=frame.T_world_camera)
                 if comparison is None:
-                    saliency = learned(frame.rgb)
-                    scores.add(frame.id, saliency, labels, taught, frame.depth, distances)
+                    to.scores.add(frame.id, maps.saliency, labels, taught, frame.depth, distances)
                 else:
+                    learned = partial(learner.saliency, T_world_camera=frame.T_world_camera)
                     comparison.add(Judged(frame, labels, taught, distances), learned)
             yield frame
 

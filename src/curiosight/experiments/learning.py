@@ -86,8 +86,12 @@ class OffLine:
         step = 1 if most is None else max(1, -(-n_samples // most))
         # The samples of a frame are in random order.
         learner.fit(
-            [Lesson(one.rows[::step], one.is_salient[::step], one.sight) for one in lessons]
+            [
+                Lesson(one.rows[::step], one.is_salient[::step], one.sight, one.share)
+                for one in lessons
+            ]
         )
+        learner.cameras.note_all(self.learner.cameras)
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
 
@@ -99,7 +103,9 @@ class OffLine:
         description = learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)
         rows, is_salient = learner.sample(description, labels, self._n_pixels)
-        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation))
+        n_salient, n_other = (int(counts.sum()) for counts in description.count(labels))
+        share = n_salient / max(n_salient + n_other, 1)
+        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation), share)
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""
@@ -112,6 +118,7 @@ class OffLine:
             "frames": len(self._lessons),
             "samples_drawn": sum(len(lesson.rows) for lesson in self._lessons.values()),
             "samples_kept": self.learner.n_samples,
+            "places": self.learner.experts.views_of_places(),
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary(),
         }

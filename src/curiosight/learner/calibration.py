@@ -73,14 +73,19 @@ class Calibration:
     def probability(self, scores: Scores) -> Scores:
         """Return how probable it is that pixels with unscaled scores are salient.
 
-        The shares of the bins, made to rise with the score (isotonic regression), and straight
-        between the bins.
+        The shares of the bins, made to rise with the score by pooling bins (isotonic
+        regression), straight between the middles of pools: so that what scores higher is more
+        probable, too.
         """
         if self.n_frames < MIN_FRAMES:
             return scores
-        shares = _rising(self.counts[1] + PRIOR * self._share(), self.counts.sum(axis=0) + PRIOR)
+        total = self.counts.sum(axis=0) + PRIOR
+        shares = _rising(self.counts[1] + PRIOR * self._share(), total)
         centres = (np.arange(N_BINS) + 0.5) / N_BINS
-        return np.interp(scores, centres, shares).astype(np.float32)
+        levels, pool = np.unique(shares, return_inverse=True)
+        middles = np.bincount(pool, centres * total) / np.bincount(pool, total)
+        ends = [levels[0] / 2, *levels, (1 + levels[-1]) / 2]
+        return np.asarray(np.interp(scores, [0, *middles, 1], ends), np.float32)
 
     def _share(self) -> float:
         return float(self.counts[1].sum() / max(self.counts.sum(), 1e-12))

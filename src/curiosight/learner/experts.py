@@ -48,11 +48,24 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lesson:
-    """What one view teaches: (n, F) rows, whether each is salient, and what tells its place."""
+    """What one view teaches.
+
+    rows, is_salient: (n, F) and (n,) samples. sight: what tells its place.
+    share: of its labelled pixels, those that are salient; None = as of the samples.
+    """
 
     rows: Rows
     is_salient: Labels
     sight: Sight | None = None
+    share: float | None = None
+
+    def counts(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return (n,) of how much each sample stands for, where salient and where not."""
+        salient, other = self.is_salient.astype(float), (~self.is_salient).astype(float)
+        if self.share is None:
+            return salient, other
+        n_salient, n_other = max(salient.sum(), 1), max(other.sum(), 1)
+        return salient * self.share / n_salient, other * (1 - self.share) / n_other
 
 
 class Experts:
@@ -80,6 +93,13 @@ class Experts:
         # Held where places and their forests must fit each other.
         self._lock = Lock()
 
+    def __getstate__(self) -> dict[str, object]:
+        """Return what is copied and pickled: all but the lock."""
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        vars(self).update(state, _lock=Lock())
+
     @property
     def is_trained(self) -> bool:
         return self.common.is_trained or any(forest.is_trained for forest in self.of_place)
@@ -87,6 +107,10 @@ class Experts:
     @property
     def n_samples(self) -> int:
         return self.common.n_samples + sum(forest.n_samples for forest in self.of_place)
+
+    def views_of_places(self) -> list[int]:
+        """Return of how many views each place is known; none where places are not told apart."""
+        return [] if self.places is None else self.places.n_views.tolist()
 
     def forests(self) -> dict[int, Forest]:
         """Return all of them, by place."""
@@ -111,6 +135,31 @@ class Experts:
         for forest, weight in asked:
             votes += np.float32(weight) * forest.predict(rows)
         return votes
+
+    def disagreement(self, rows: Rows, sight: Sight | None = None) -> npt.NDArray[np.float32]:
+        """Return (n,) in [0, 0.5] how far votes for (n, F) rows of a view are from being one.
+
+        It is the standard deviation of the votes of all trees that are asked: 0.5 = half of them
+        say yes, half no. Beside a place's forest that of everywhere is asked, and counts as
+        much, so that experts that contradict each other are heard.
+        """
+        with self._lock:
+            forests = self.forests()
+            weights = self._chosen(sight)
+        if COMMON not in weights and self.common.is_trained:
+            weights = {key: weight / 2 for key, weight in weights.items()} | {COMMON: 0.5}
+        mean, square = np.zeros((2, len(rows)), np.float32)
+        for key, weight in weights.items():
+            votes = forests[key].votes(rows)
+            mean += np.float32(weight) * votes.mean(axis=1)
+            square += np.float32(weight) * (votes**2).mean(axis=1)
+        return np.asarray(np.sqrt(np.maximum(square - mean**2, 0)))
+
+    def seen_rows(self) -> list[Rows]:
+        """Return the rows of all samples, of each forest by itself."""
+        with self._lock:
+            forests = self.forests()
+        return [forest.rows for forest in forests.values()]
 
     def _chosen(self, sight: Sight | None) -> dict[int, float]:
         if self.places is None or sight is None:

@@ -40,6 +40,8 @@ class Forest:
     max_samples: size of the buffer; beyond it uniformly random samples leave, new or old.
     min_split: a node of fewer samples is a leaf; so are pure nodes and those at `max_depth`.
     n_split_features: how many random features a split chooses from; None = all.
+    leaf_share: a node of less than this share of what a tree draws is a leaf, too: the more is
+        known, the larger are leaves, and labels that are wrong here and there do not sway them.
     n_levels: how many values of a feature a split tells apart, a power of 2.
     max_rows: a tree draws rows, with all samples that share each, instead of samples, and some
         `max_rows` at most. The oldest trees regrow; while they are small, more than `n_regrown`,
@@ -68,6 +70,7 @@ class Forest:
         max_depth: int = 10,
         min_split: int = 11,
         n_split_features: int | None = None,
+        leaf_share: float = 0.0,
         n_levels: int = N_BINS,
         max_rows: int | None = None,
         vote: Literal["hard", "soft"] = "hard",
@@ -82,6 +85,8 @@ class Forest:
         _check_range("max_depth", max_depth, 0)
         _check_range("min_split", min_split, 2)
         _check_range("n_split_features", n_split_features, 1, n_features)
+        if not 0 <= leaf_share < 1:
+            raise ValueError(f"leaf_share: expected a number in [0, 1), got {leaf_share}")
         if n_levels not in LEVELS:
             raise ValueError(f"n_levels: expected one of {LEVELS}, got {n_levels}")
         _check_range("max_rows", 1 if max_rows is None else max_rows, 1)
@@ -98,6 +103,7 @@ class Forest:
         self.max_depth = max_depth
         self.min_split = min_split
         self.n_split_features = n_split_features
+        self.leaf_share = leaf_share
         self.n_levels = n_levels
         self.max_rows = max_rows
         self.vote = vote
@@ -185,11 +191,13 @@ class Forest:
     ) -> tuple[int, ...]:
         """Forget everything, then grow all trees on these samples: the off-line model.
 
-        Of more than `max_samples` rows a uniformly random choice is kept.
+        Of more than `max_samples` rows a uniformly random choice is kept. `max_rows` limits no
+        tree here: nothing waits for it.
         """
         new = self._check_samples(rows, is_salient, group)
         nothing = Samples.none(self.n_features)
-        return self._regrow(None, (), nothing.with_more(*new, self.max_samples, self._rng))
+        samples = nothing.with_more(*new, self.max_samples, self._rng)
+        return self._regrow(None, (), samples, is_limited=False)
 
     def predict(self, rows: Rows) -> npt.NDArray[np.float32]:
         """Return the (n,) mean votes of (n, F) rows, in [0, 1]; 0 while untrained."""
@@ -253,6 +261,8 @@ class Forest:
             "n_split_features": self.n_split_features,
             "vote": self.vote,
         }
+        if self.leaf_share:
+            settings["leaf_share"] = self.leaf_share
         if self.n_levels != N_BINS:
             settings["n_levels"] = self.n_levels
         if self.max_rows is not None:
@@ -344,13 +354,15 @@ class Forest:
         indices: npt.NDArray[np.int64] | None,
         trees: tuple[Tree, ...],
         samples: Samples,
+        *,
+        is_limited: bool = True,
     ) -> tuple[int, ...]:
         """Grow these trees anew, None = some, and take them, the others and the samples over.
 
-        Each tree has its own seed, drawn before any thread starts.
+        is_limited: by `max_rows`. Each tree has its own seed, drawn before any thread starts.
         """
         rows = None if self.max_rows is None else samples.distinct_rows()
-        bound = ALL_KEYS if rows is None else self._bound(len(rows.columns))
+        bound = ALL_KEYS if rows is None else self._bound(len(rows.columns), is_limited)
         if not trees:
             indices = np.arange(self.n_trees if samples.has_both() else 0)
         elif indices is None:
@@ -367,9 +379,9 @@ class Forest:
         self._known = Known(tuple(after[index] for index in sorted(after)), samples)
         return tuple(indices.tolist())
 
-    def _bound(self, n_rows: int) -> int:
+    def _bound(self, n_rows: int, is_limited: bool) -> int:
         """Return how many of `ALL_KEYS` a tree draws of so many rows."""
-        most = n_rows if self.max_rows is None else self.max_rows
+        most = n_rows if self.max_rows is None or not is_limited else self.max_rows
         return round(ALL_KEYS * min(self.share, most / max(1, n_rows)))
 
     def _choose(
@@ -392,11 +404,12 @@ class Forest:
             drawn = samples.draw_samples(self.share, state)
         else:
             drawn, bound = samples.draw_rows(rows, seed, bound)
+        n_drawn = len(samples.columns) * (self.share if rows is None else bound / ALL_KEYS)
         nodes, values, depth = grow_tree(
             take_points(samples.table, drawn.columns, shift),
             drawn.counts,
             self.max_depth,
-            self.min_split,
+            max(self.min_split, int(self.leaf_share * n_drawn)),
             self.n_split_features,
             shift,
             state,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
-from curiosight.frame import Frame, Label, Pose, Rgb
+from curiosight.frame import Camera, Depth, Frame, Label, Pose, Rgb
 from curiosight.learner.archive import find_model, read_archive, write_archive
 from curiosight.learner.calibration import Calibration
 from curiosight.learner.edges import follow_edges
@@ -30,7 +30,10 @@ from curiosight.learner.features import (
     shrink,
 )
 from curiosight.learner.forest import Forest
+from curiosight.learner.fusing import PRIOR, fuse, is_seen
 from curiosight.learner.looks import Look, look_of
+from curiosight.learner.maps import Cameras, Maps
+from curiosight.learner.novelty import SeenRows
 from curiosight.learner.places import Places
 from curiosight.learner.sight import Sight
 from curiosight.metrics import f1_error_of_rows
@@ -39,6 +42,8 @@ from curiosight.teacher import Segmentation
 Saliency = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint8]
 KIND = "saliency model"
+# Of the views of the off-line model, to calibrate it: it learns all but one in turn.
+N_PARTS = 4
 
 
 class Teaches(Protocol):
@@ -112,6 +117,9 @@ class SaliencyLearner:
     n_pixels: labelled pixels that a frame teaches (sec. II-A.3), drawn without replacement.
     blind_share: of these, drawn where depth has no reading in range, and taken for not salient:
         windows and screens, which depth never shows, are learned so. The paper uses none.
+    salient_share: of these, drawn where there is an object, if the frame shows enough of it: most
+        of what is seen is none, and a full buffer would hold little else. 0 = as it comes, as in
+        the paper.
     follow_edges: let maps follow the image's edges (guided filter, He et al. 2010). The paper's
         do not.
     edge_stride: find the filter's weights for blocks of so many pixels: sooner, a little coarser.
@@ -123,8 +131,10 @@ class SaliencyLearner:
 
     Any number of threads may call `saliency`, `describe` and `predict`, with the same bytes as
     one thread gives; also while one other thread learns (`observe`, `learn`): each map is then
-    made by the forest from before an update, or from after it, never by a half-changed one.
-    Two threads must not learn at the same time.
+    made by a forest from before an update, or from after it, never by a half-changed one. The scale
+    of its scores (`is_calibrated`) may be that of a frame later.
+    Two threads must not learn at the same time. With depth a map asks the teacher, and one that
+    remembers (`TemporalTeacher`) must not be asked by two threads either.
     """
 
     def __init__(
@@ -140,6 +150,7 @@ class SaliencyLearner:
         n_superpixels: int = 600,
         n_pixels: int = 700,
         blind_share: float = 0.0,
+        salient_share: float = 0.0,
         follow_edges: bool = False,
         edge_stride: int = 1,
         threshold: float = 0.5,
@@ -159,6 +170,8 @@ class SaliencyLearner:
             raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
         if not 0 <= blind_share < 1:
             raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
+        if not 0 <= salient_share < 1:
+            raise ValueError(f"salient_share: expected 0 to below 1, got {salient_share}")
         if edge_stride < 1:
             raise ValueError(f"edge_stride: expected 1 or more, got {edge_stride}")
         if not 0 <= threshold < 1:
@@ -178,10 +191,15 @@ class SaliencyLearner:
         self.n_superpixels = n_superpixels
         self.n_pixels = n_pixels
         self.blind_share = blind_share
+        self.salient_share = salient_share
         self.follow_edges = follow_edges
         self.edge_stride = edge_stride
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
+        self.cameras = Cameras()
+        # With what was known of the samples when it was made.
+        self._seen_rows: tuple[object, SeenRows | None] | None = None
+        self._moment = object()
 
     @property
     def forest(self) -> Forest:
@@ -211,19 +229,90 @@ class SaliencyLearner:
         change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
 
-    def saliency(self, rgb: Rgb, T_world_camera: Pose | None = None) -> Saliency:
+    def saliency(
+        self,
+        rgb: Rgb,
+        T_world_camera: Pose | None = None,
+        depth: Depth | None = None,
+        camera: Camera | None = None,
+    ) -> Saliency:
         """Return the (H, W) float32 saliency in [0, 1] of an (H, W, 3) RGB image.
 
         T_world_camera: (4, 4), from where it was taken, in the world of the frames that were
             learned from; None = what it looks like tells the place.
+        depth: (H, W) float32 metres, NaN = no reading: what it shows now is fused with what is
+            remembered. Raises `ValueError` without a teacher.
+        camera: of that depth; None = that of the frames of this size that were learned from.
         """
+        if depth is not None:
+            return self.maps(rgb, T_world_camera, depth, camera).saliency
         description = self.describe(rgb)
-        small = self.predict(description, T_world_camera)[description.row_of_pixel]
-        if self.follow_edges:
-            small = follow_edges(small, shrink(rgb), self.edge_stride)
-        height, width = rgb.shape[:2]
-        enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
-        return enlarged
+        return self._map(self.predict(description, T_world_camera), rgb, description)
+
+    def maps(
+        self,
+        rgb: Rgb,
+        T_world_camera: Pose | None = None,
+        depth: Depth | None = None,
+        camera: Camera | None = None,
+        *,
+        with_uncertainty: bool = False,
+    ) -> Maps:
+        """Return the saliency of an image with how probable, how sure and how known it is.
+
+        The arguments are those of `saliency`. with_uncertainty: find it too, which takes about
+        as long again as the map.
+        """
+        said = self._said(rgb, T_world_camera, depth, camera)
+        description = self.describe(rgb)
+        votes = self.vote(description, T_world_camera)
+        uncertainty = None
+        if with_uncertainty:
+            unsure = self.unsure(description, T_world_camera)
+            uncertainty = enlarge(unsure[description.row_of_pixel], rgb)
+        remembered = Maps(
+            self._map(self.scale(votes), rgb, description),
+            # Of votes that neighbours share: what follows edges is surer than one row is.
+            enlarge(self.probability(self._small_map(votes, rgb, description)), rgb),
+            np.zeros(rgb.shape[:2], np.bool_),
+            uncertainty,
+        )
+        return remembered if said is None else self.fused(remembered, said)
+
+    def fused(self, remembered: Maps, segmentation: Segmentation) -> Maps:
+        """Return maps of an image that were remembered, fused with what its depth says.
+
+        Where that has a `problem`, it says nothing.
+        """
+        if segmentation.problem is not None:
+            return remembered
+        known = remembered.probability
+        if not self.is_trained:
+            known = np.full_like(known, PRIOR)
+        probability = fuse(known, segmentation)
+        # Its best F1 is at a half as it is: most pixels are told surely.
+        return Maps(probability, probability, is_seen(segmentation), remembered.uncertainty)
+
+    def _said(
+        self, rgb: Rgb, T_world_camera: Pose | None, depth: Depth | None, camera: Camera | None
+    ) -> Segmentation | None:
+        """Return what the teacher says of the depth at hand; None where nothing."""
+        if depth is None:
+            return None
+        if self.teacher is None:
+            raise ValueError("depth: expected a learner with a teacher, which this one has not")
+        return self.segment(self.cameras.frame(rgb, depth, T_world_camera, camera))
+
+    def _map(self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description) -> Saliency:
+        """Return (H, W): the scores of rows as a map."""
+        return enlarge(self._small_map(scores, rgb, description), rgb)
+
+    def _small_map(
+        self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description
+    ) -> Saliency:
+        """Return (h, w), as the image is described."""
+        small: Saliency = scores[description.row_of_pixel]
+        return follow_edges(small, shrink(rgb), self.edge_stride) if self.follow_edges else small
 
     def describe(self, rgb: Rgb) -> Description:
         """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
@@ -238,6 +327,8 @@ class SaliencyLearner:
         if self.teacher is None:
             raise ValueError("teacher: expected one to learn from, got None")
         segmentation = self.teacher.segment(frame)
+        if frame.camera is not None:
+            self.cameras.note(frame.camera)
         labels, size = segmentation.labels, frame.rgb.shape[:2]
         if labels.shape != size or labels.dtype != np.uint8:
             raise ValueError(f"labels: expected {size} uint8, got {labels.shape} {labels.dtype}")
@@ -259,6 +350,32 @@ class SaliencyLearner:
         """Return the saliency that votes mean."""
         return votes if self.calibration is None else self.calibration.scaled(votes)
 
+    def probability(self, votes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return how probable it is that what got such votes is salient."""
+        return votes if self.calibration is None else self.calibration.probability(votes)
+
+    def unsure(
+        self, description: Description, T_world_camera: Pose | None = None
+    ) -> npt.NDArray[np.float32]:
+        """Return (n,) in [0, 1] how unsure the saliency of each row is; 1 while untrained.
+
+        Trees and experts contradict each other, by which it is 0.5 at most, or the row is unlike
+        anything seen, which makes it 1.
+        """
+        rows = description.rows
+        seen = self._seen() if self.is_trained else None
+        if seen is None:
+            return np.ones(len(rows), np.float32)
+        disagreement = self.experts.disagreement(rows, sight_of(description, T_world_camera))
+        return np.asarray(1 - (1 - disagreement) * (1 - seen.novelty(rows)))
+
+    def _seen(self) -> SeenRows | None:
+        """Return what stands for all rows that were learned from; it is kept until others are."""
+        moment, kept = self._moment, self._seen_rows
+        if kept is None or kept[0] is not moment:
+            kept = self._seen_rows = moment, SeenRows.of(self.experts.seen_rows())
+        return kept[1]
+
     def sight(
         self, frame: Frame, description: Description, segmentation: Segmentation
     ) -> Sight | None:
@@ -274,13 +391,13 @@ class SaliencyLearner:
         """
         if self.calibration is not None:
             self.calibration = Calibration()
-            for part in (0, 1):  # each half is judged by what the other teaches
-                self.experts.fit(lessons[part::2])
-                for lesson in lessons[1 - part :: 2]:
+            for part in range(N_PARTS):  # each part is judged by what the others teach
+                self.experts.fit([one for i, one in enumerate(lessons) if i % N_PARTS != part])
+                for lesson in lessons[part::N_PARTS]:
                     votes = self.experts.vote(lesson.rows, lesson.sight)
-                    counts = lesson.is_salient, ~lesson.is_salient
-                    self.calibration.add(votes, *counts, forgets=False)
+                    self.calibration.add(votes, *lesson.counts(), forgets=False)
         self.experts.fit(lessons)
+        self._moment = object()
 
     def learn(
         self,
@@ -293,7 +410,9 @@ class SaliencyLearner:
 
         labels: (h, w), see `fit_labels`. spot, error: see `Experts.update`.
         """
-        return self.experts.update(*self.sample(description, labels), spot, error)
+        change = self.experts.update(*self.sample(description, labels), spot, error)
+        self._moment = object()
+        return change
 
     def sample(
         self, description: Description, labels: Labels, n_pixels: int | None = None
@@ -307,13 +426,26 @@ class SaliencyLearner:
         flat = labels.ravel()
         known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
         n_drawn = min(n_pixels or self.n_pixels, len(known))
-        drawn = self._draw(known, n_drawn)
+        drawn = self._draw_fairly(flat, known, n_drawn)
         if self.blind_share:
             blind = np.flatnonzero(flat == Label.UNAVAILABLE)
             n_blind = min(round(self.blind_share * n_drawn), len(blind))
             drawn = np.concatenate([drawn[n_blind:], self._draw(blind, n_blind)])
         rows = description.rows[description.row_of_pixel.ravel()[drawn]]
         return rows, flat[drawn] == Label.SALIENT
+
+    def _draw_fairly(
+        self, flat: Labels, known: npt.NDArray[np.int64], n: int
+    ) -> npt.NDArray[np.int64]:
+        """Draw labelled pixels, in random order: `salient_share` of them salient if there are."""
+        salient = known[flat[known] == Label.SALIENT]
+        n_salient = min(round(self.salient_share * n), len(salient))
+        if n_salient * len(known) <= n * len(salient):  # there are as many by chance
+            return self._draw(known, n)
+        other = known[flat[known] != Label.SALIENT]
+        n_other = min(n - n_salient, len(other))
+        drawn = [self._draw(salient, n_salient), self._draw(other, n_other)]
+        return self.rng.permutation(np.concatenate(drawn))
 
     def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
         return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
@@ -335,10 +467,15 @@ class SaliencyLearner:
             "forest": self.experts.settings(),
             "notes": self.notes,
         }
-        if self.edge_stride > 1:  # else the header is that of version 0.1
+        # Without these the header is that of version 0.1.
+        if self.edge_stride > 1:
             header["edge_stride"] = self.edge_stride
+        if self.salient_share:
+            header["salient_share"] = self.salient_share
         if self.experts.places is not None:
             header["places"] = self.experts.places.settings()
+        if cameras := self.cameras.tables():
+            header["cameras"] = cameras
         arrays = self._state_arrays()
         write_archive(Path(path), KIND, header, arrays, is_packed=is_packed)
 
@@ -383,6 +520,7 @@ class SaliencyLearner:
                 blind_share=header["blind_share"],
                 follow_edges=header["follow_edges"],
                 edge_stride=header.get("edge_stride", 1),
+                salient_share=header.get("salient_share", 0.0),
                 threshold=header["threshold"],
                 places=None if places is None else Places(**places),
                 is_calibrated="calibration" in arrays,
@@ -390,6 +528,7 @@ class SaliencyLearner:
             )
             learner._restore(arrays)
             learner.notes = dict(header["notes"])
+            learner.cameras = Cameras.of_tables(header.get("cameras", ()))
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
         if said != learner.describer.definition():
@@ -420,6 +559,13 @@ def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.floa
         frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
     )
     return up
+
+
+def enlarge(small: Saliency, rgb: Rgb) -> Saliency:
+    """Bring an (h, w) map to the size of an (H, W, 3) image."""
+    height, width = rgb.shape[:2]
+    enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
+    return enlarged
 
 
 def fit_labels(labels: Labels, description: Description) -> Labels:

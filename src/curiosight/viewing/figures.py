@@ -124,6 +124,30 @@ def roc(rankings: Mapping[str, Ranking], path: Path | str) -> None:
     save_figure(figure, path)
 
 
+@with_style
+def reliability(curves: Mapping[str, Floats], path: Path | str) -> None:
+    """Draw the share of salient pixels over the probability that they were told.
+
+    curves: (n, 2) by name: the mean probability of each bin, and the share there. On the
+        diagonal probabilities are right.
+    """
+    _check_any("curves", curves)
+    figure = new_figure(4.6, 4.6)
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8, linestyle=(0, (2, 3)))
+    for index, (name, curve) in enumerate(curves.items()):
+        colour = HUES[index % len(HUES)]
+        axes.plot(*curve.T, "o-", color=colour, linewidth=2, markersize=4, label=name)
+    axes.set_xlim(-0.01, 1.01)
+    axes.set_ylim(-0.01, 1.01)
+    axes.set_aspect("equal")
+    axes.set_xlabel("probability told")
+    axes.set_ylabel("share that is salient")
+    axes.grid(color="#e6e6e6", linewidth=0.6)
+    axes.legend(loc="upper left", fontsize=9)
+    save_figure(figure, path)
+
+
 def window_shares(regions: npt.NDArray[np.int64], n_regions: int, n_window: int) -> Floats:
     """Return the share of each region in a window around each step, (n_regions, n_steps).
 

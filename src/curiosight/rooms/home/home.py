@@ -81,7 +81,7 @@ class Home:
         if change is None or not self.is_changed(number):
             return settings
         rearrange = settings.rearrange if change.rearrange is None else change.rearrange
-        return replace(settings, rearrange=rearrange, lights=self._corridor_lights)
+        return replace(settings, rearrange=rearrange, lights=self._lights_seed)
 
     def room(self, number: int) -> Room:
         """Return a room in its own frame; where it lies say the lots of the plan."""
@@ -113,7 +113,7 @@ class Home:
         rng = stream(self.settings, _HOME, CORRIDOR)
         with painted_with(draw_palette(rng)):
             shell = draw_shell(self.plan.corridor, rng, self.plan.corridor_openings)
-        seed, lights = self._corridor_lights, shell.lights
+        seed, lights = self._lights_seed, shell.lights
         if seed is not None:
             lights = other_lights(lights, stream(self.settings, _HOME, LIGHTS, seed))
         return Scene(shell.parts, lights)
@@ -143,7 +143,8 @@ class Home:
         return self.n_rooms
 
     @property
-    def _corridor_lights(self) -> int | None:
+    def _lights_seed(self) -> int | None:
+        """The seed of the lights of what changes; None = they are as first drawn."""
         change = self.settings.change if self._before is not None else None
         if change is None or change.lights is None:
             return self.settings.lights

@@ -146,18 +146,20 @@ class HomeRenderer:
 
 
 class HomeRenderers:
-    """Draws a home before and after its change; of both only the rooms that are looked at last."""
+    """Draws a home before and after its change, when it lets go of the rooms as they were."""
 
     def __init__(self, home: Home) -> None:
         self._home = home
         self._before = HomeRenderer(home)
         self._after: HomeRenderer | None = None
+        self._lock = threading.Lock()
 
     def of(self, *, is_after: bool) -> HomeRenderer:
         """Return what draws the home as it is at first, or after its change."""
         if not is_after or self._home.after is None:
             return self._before
-        if self._after is None:
-            self._before.forget(self._home.after)
-            self._after = HomeRenderer(self._home.after, before=self._before)
-        return self._after
+        with self._lock:
+            if self._after is None:
+                self._before.forget(self._home.after)
+                self._after = HomeRenderer(self._home.after, before=self._before)
+            return self._after

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from curiosight.viewing.comparison.content import COLUMN_OF, MAIN_KEY, Curve, MethodResult
+from curiosight.viewing.comparison.content import COLUMN_OF, MAIN_KEY, NO_CURVE, Curve, MethodResult
 from curiosight.viewing.comparison.curve_styles import (
     UPPER_LEFT,
     WHOLE,
@@ -20,6 +20,7 @@ from curiosight.viewing.comparison.curve_styles import (
 )
 from curiosight.viewing.comparison.result_table import look, swatch
 from curiosight.viewing.comparison.standings import written
+from curiosight.viewing.paper import HUES
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number, path_of
 
 _N_GAPS = 4  # between the ticks of an axis
@@ -43,6 +44,8 @@ _PRECISION_RECALL = Chart(
     "Precision–recall", "recall", "precision", lambda method: method.precision_recall
 )
 
+_RELIABILITY = Chart("Reliability", "probability told", "share that is salient", lambda _: NO_CURVE)
+
 
 def charts(drawn: Sequence[StyledMethod]) -> Markup:
     """Return the charts that have curves and the key of all; nothing where none has."""
@@ -56,6 +59,23 @@ def charts(drawn: Sequence[StyledMethod]) -> Markup:
         return NOTHING
     figures = element("div", {"class": "plots"}, *[_figure(chart, drawn) for chart in shown])
     return join((figures, _key(drawn)))
+
+
+def reliability_chart(curves: Mapping[str, Curve]) -> Markup:
+    """Return the chart of reliability curves, (n, 2) by name, and its key."""
+    diagonal = element("path", {"class": "diagonal", "d": path_of(np.array([[0, 100], [100, 0]]))})
+    lines, items = [diagonal], []
+    for place, (name, curve) in enumerate(curves.items()):
+        colour = f"hue-{place % len(HUES)}"
+        title = element("title", {}, name)
+        # Of one bin alone: a line of no length with round ends is a dot.
+        path = path_of(_points(curve, WHOLE)) + ("h.01" if len(curve) == 1 else "")
+        lines.append(element("path", {"class": f"line ours {colour}", "d": path}, title))
+        sample = element("span", {"class": f"sample ours {colour}"})
+        items.append(element("li", {}, sample, name))
+    figure = _drawn(_RELIABILITY, lines)
+    key = element("ul", {"class": "key lines"}, *items)
+    return join((element("div", {"class": "plots"}, figure), key))
 
 
 def pointing_style(n_methods: int) -> str:
@@ -75,10 +95,15 @@ def _figure(chart: Chart, drawn: Sequence[StyledMethod]) -> Markup:
         for one in in_drawing_order(drawn)
         if len(chart.curve_of(one.method))
     ]
+    return _drawn(chart, lines)
+
+
+def _drawn(chart: Chart, lines: Sequence[Markup]) -> Markup:
+    """Return a figure of lines in percent of the chart's window."""
     inside = {"viewBox": "0 0 100 100", "preserveAspectRatio": "none", "class": "inside"}
     plot = element(
         "svg",
-        {"class": "chart", "role": "img", "aria-label": f"{chart.title}: curves of all methods"},
+        {"class": "chart", "role": "img", "aria-label": f"{chart.title}: all curves"},
         *_axes(chart),
         element("svg", {**inside, "width": "100%", "height": "100%"}, *lines),
     )

@@ -183,6 +183,7 @@ class ComparisonReport:
     sentence: what was found. facts: such as source, truth, frames, folds, seed and versions.
     problems: what went wrong. limits: what the comparison cannot tell.
     files: what else the folder holds, and what it is.
+    reliability: (n, 2) curves by name: the probability told, and the share that is salient.
     """
 
     title: str
@@ -194,3 +195,4 @@ class ComparisonReport:
     problems: Sequence[str] = ()
     limits: Sequence[str] = ()
     files: Mapping[str, str] = field(default_factory=dict)
+    reliability: Mapping[str, Curve] = field(default_factory=dict)

@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from curiosight.files import replace_file
-from curiosight.viewing.comparison.charts import charts, pointing_style
+from curiosight.viewing.comparison.charts import charts, pointing_style, reliability_chart
 from curiosight.viewing.comparison.content import ComparisonReport
 from curiosight.viewing.comparison.curve_styles import StyledMethod, styled
 from curiosight.viewing.comparison.result_table import column_notes, result_table, sorting_script
@@ -23,6 +23,11 @@ _TABLE = (
 _CURVES = (
     "Pooled over the pixels of all frames; beside the names stands the AUC. Point at a name, or "
     "at a row of the table, to see its curves alone."
+)
+_RELIABILITY = (
+    "Of the pixels that were told a probability, the share that is salient, in 15 equal bins; on "
+    "the diagonal probabilities hold. The error is their mean distance from it over all pixels "
+    "(ECE)."
 )
 _WALL = (
     "Truth is white where an object is. Each map is shown as the method gives it, black 0 and "
@@ -67,6 +72,9 @@ def _sections(report: ComparisonReport, drawn: list[StyledMethod]) -> Iterator[M
     curves = charts(drawn)
     if curves:
         yield section("curves", "Curves", _CURVES, curves)
+    if report.reliability:
+        chart = reliability_chart(report.reliability)
+        yield section("reliability", "Probabilities", _RELIABILITY, chart)
     if report.wall:
         yield section("wall", "Maps", _WALL, wall(report.wall))
     yield list_section("problems", "What went wrong", report.problems)
