@@ -100,7 +100,7 @@ class Ours:
         self.error: float | None = None
 
     def predict(self, view: View) -> Array:
-        from curiosight.metrics import f1_error_of_rows
+        from curiosight.evaluation import f1_error_of_rows
 
         votes = self.experts.vote(view.rows, view.sight[0])
         # Which a place's change is told by.

@@ -58,13 +58,13 @@ def test_without_poses_memory_is_left_out_and_that_is_said(tmp_path: Path, capsy
 def test_stages_take_what_they_are_made_of(room: Path) -> None:
     timing = Timing(load_config(), open_dataset(room), n_frames=4)
     called: list[str] = []
-    for name in ("describe", "segment", "predict", "learn"):
+    for name in ("describe", "segment", "vote", "learn"):
         note_calls(timing.learner, name, called)
     for _ in timing:
         pass
     assert isinstance(timing.learner.teacher, TemporalTeacher)
-    assert called[-4:] == ["describe", "segment", "predict", "learn"]  # the step's
-    assert called[-6:-4] == ["describe", "predict"]  # the map's
+    assert called[-4:] == ["describe", "segment", "vote", "learn"]  # the step's
+    assert called[-6:-4] == ["describe", "vote"]  # the map's
     assert all(len(times.wall_ms) == 4 for times in timing.times.values())
 
 

@@ -69,6 +69,9 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "learner.superpixels": "cells",
         "learner.n_superpixels": 1500,
         "learner.blind_share": 0.02,
+        "learner.salient_share": 0.5,
+        "learner.max_places": 16,
+        "learner.is_calibrated": True,
         "learner.follow_edges": True,
         "learner.edge_stride": 2,
         "segmentation.follow_sensor": True,
@@ -77,9 +80,9 @@ def test_default_differs_from_paper_only_where_it_says() -> None:
         "forest.max_depth": 24,
         "forest.n_regrown": 2,
         "forest.share": 0.9,
-        "forest.min_split": 80,
+        "forest.min_split": 20,
+        "forest.leaf_share": 0.002,
         "forest.n_split_features": 12,
-        "forest.n_levels": 128,
         "forest.max_rows": 16_000,
         "forest.vote": "soft",
     }
@@ -239,6 +242,9 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         "n_superpixels": 333,
         "n_pixels": 77,
         "blind_share": 0.1,
+        "salient_share": 0.3,
+        "max_places": 5,
+        "is_calibrated": True,
         "follow_edges": True,
         "threshold": 0.4,
         "n_trees": 5,
@@ -249,6 +255,7 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         "min_split": 50,
         "n_split_features": 6,
         "n_levels": 64,
+        "leaf_share": 0.01,
         "max_rows": 500,
         "vote": "soft",
     }
@@ -257,8 +264,10 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         learner = make_learner(config, None, np.random.default_rng(0))
         features = learner.describer.definition()
         edges = learner.follow_edges, learner.edge_stride
-        options = (learner.n_pixels, learner.blind_share, learner.threshold)
-        return options, edges, features, learner.forest.settings()
+        options = (learner.n_pixels, learner.blind_share, learner.salient_share, learner.threshold)
+        places = learner.experts.places
+        parts = (places and places.settings(), learner.calibration is not None)
+        return options, edges, features, parts, learner.forest.settings()
 
     config = Config()
     for entry in fields(getattr(config, section)):

@@ -168,11 +168,26 @@ def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
         n_superpixels=500,
         n_pixels=600,
         blind_share=0.1,
+        salient_share=0.3,
         follow_edges=True,
         edge_stride=3,
+        max_places=5,
+        is_calibrated=True,
         threshold=0.4,
     )
-    forest_settings = ForestConfig(20, 3, 0.6, 9000, 8, 9, 7, "soft")
+    forest_settings = ForestConfig(
+        n_trees=20,
+        n_regrown=3,
+        share=0.6,
+        max_samples=9000,
+        max_depth=8,
+        min_split=9,
+        n_split_features=7,
+        leaf_share=0.01,
+        n_levels=64,
+        max_rows=300,
+        vote="soft",
+    )
     config = Config(learner=learner_settings, forest=forest_settings)
     make_learner(config, None).save(tmp_path / "model.npz")
     learner, brought = load_learner(tmp_path / "model.npz", load_config("paper"), None)

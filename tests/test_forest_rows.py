@@ -45,6 +45,7 @@ def repeated(rng, n_rows, n_each=3):
 def test_tree_equals_reference_on_the_rows_it_draws(max_rows, n_levels):
     forest = make_forest(max_rows=max_rows, n_levels=n_levels)
     forest.fit(*repeated(np.random.default_rng(0), 300))
+    forest.regrow(range(6))
     rows, counts = reference_rows(forest.rows, forest.is_salient)
     for tree in forest._trees:
         assert tree.bound == round(ALL_KEYS * min(0.5, max_rows / len(rows)))
@@ -67,6 +68,7 @@ def test_trees_draw_their_share_up_to_a_number_of_rows():
     forest = make_forest(n_trees=40, max_rows=200)
     for n_rows, expected in ((300, 150), (2000, 200)):
         forest.fit(*repeated(np.random.default_rng(1), n_rows))
+        forest.regrow(range(40))
         rows, _ = reference_rows(forest.rows, forest.is_salient)
         n_drawn = [reference_is_drawn(rows, t.seed, t.bound).sum() for t in forest._trees]
         assert abs(np.mean(n_drawn) - expected) < 6
@@ -76,6 +78,7 @@ def test_trees_draw_their_share_up_to_a_number_of_rows():
 def test_a_tree_that_would_draw_nothing_draws_all():
     forest = make_forest(max_rows=1, n_trees=30)
     forest.fit(*repeated(np.random.default_rng(2), 60))
+    forest.regrow(range(30))
     bounds = {tree.bound for tree in forest._trees}
     assert bounds == {ALL_KEYS, round(ALL_KEYS / 60)}
 

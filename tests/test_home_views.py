@@ -193,7 +193,7 @@ def test_a_room_that_changes_its_looks_cannot_be_learned(views: HomeViews) -> No
             return truth[id(frame)]
 
         learner = make_learner(load_config("default"), CallTeacher(label))
-        tests = HeldOut(learner, [(look.frame.rgb, look.truth) for look in looks[20:]])
+        tests = HeldOut(learner, [(look.frame, look.truth) for look in looks[20:]])
         curve = []
         for look in looks[:20]:
             learner.observe(look.frame)

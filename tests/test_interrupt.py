@@ -89,7 +89,7 @@ def test_explore_interrupted_in_its_setup_writes_nothing(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("method", ["describe", "segment", "predict", "learn"])
+@pytest.mark.parametrize("method", ["describe", "segment", "vote", "learn"])
 def test_explore_interrupted_in_its_loop_keeps_run_and_model(
     method: str, room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
@@ -152,7 +152,7 @@ def test_map_interrupted_keeps_what_it_wrote(
 def test_evaluate_interrupted_keeps_no_figures_of_a_part(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    interrupt_at(monkeypatch, SaliencyLearner, "saliency", turn=3)
+    interrupt_at(monkeypatch, SaliencyLearner, "maps", turn=3)
     (tmp_path / "out").mkdir()
     (tmp_path / "out/metrics.json").write_text("of an earlier run")
     options = ("--folds", 2, "--out", tmp_path / "out", "--overwrite")
@@ -232,7 +232,7 @@ def test_model_that_a_run_goes_on_with_is_there_until_there_is_a_newer_one(
     def die(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(SaliencyLearner, "predict", die)
+    monkeypatch.setattr(SaliencyLearner, "vote", die)
     options = ("--from", out, "--overwrite", "--out", out)
     assert call(capsys, "explore", room, *options).status == 130
     assert SaliencyLearner.load(out / "model.npz").forest.n_samples == 2 * 700

@@ -194,7 +194,7 @@ def test_options_stand_in_the_config_of_a_run(tmp_path: Path, capsys: Capsys) ->
 
 def test_rooms_need_no_options(capsys: Capsys) -> None:
     line = refusal(capsys, "info", "room:7", "--depth-scale", "0.001")
-    assert "reading: expected nothing of a room to be overruled" in line
+    assert "reading: expected nothing of what is drawn to be overruled" in line
     assert Reading() == AS_RECORDED
 
 

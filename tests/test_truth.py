@@ -67,10 +67,10 @@ def test_bad_frames_have_no_labels_and_are_passed_over(room, has_truth: bool) ->
     truth = find_truth(room, range(3), teacher)
     assert [labels is None for _, labels in truth] == [False, True, False]
     problems = Problems()
-    images = [rgb for rgb, _ in truth.labelled_frames(problems)]
-    assert len(images) == 2
-    assert images[0] is room.frames[0].rgb
-    assert images[1] is room.frames[2].rgb
+    frames = [frame for frame, _ in truth.labelled_frames(problems)]
+    assert len(frames) == 2
+    assert frames[0].rgb is room.frames[0].rgb
+    assert frames[1].rgb is room.frames[2].rgb
     assert problems.counts() == {"bad frame": 1}
 
 

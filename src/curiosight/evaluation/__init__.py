@@ -23,6 +23,7 @@ from curiosight.evaluation.teacher_counts import (
     whole_objects,
 )
 from curiosight.evaluation.teacher_scores import ScoredFrame, TeacherScores, score_frame
+from curiosight.metrics import f1_error_of_rows
 
 __all__ = [
     "MEASURES",
@@ -45,6 +46,7 @@ __all__ = [
     "away_from",
     "bootstrap_interval",
     "every_nth",
+    "f1_error_of_rows",
     "instance_table",
     "make_folds",
     "mean_interval",

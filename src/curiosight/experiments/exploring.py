@@ -229,9 +229,8 @@ class Exploration:
     def _watch(self) -> Stopwatch:
         stopwatch = Stopwatch()
         stopwatch.watch(self.world, "capture")
-        for stage in ("describe", "segment", "learn"):
-            stopwatch.watch(self.learner, stage)
-        stopwatch.watch(self.learner, "vote", "predict")
+        for method in ("describe", "segment", "vote", "learn"):
+            stopwatch.watch(self.learner, method, "predict" if method == "vote" else method)
         stopwatch.watch(self.held_out, "overall_error", "test")
         return stopwatch
 
