@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.learner.drift import WARM_UP, Drift
-from curiosight.learner.experts import COMMON, Experts, Lesson
+from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts, Lesson
 from curiosight.learner.forest import Forest
 from curiosight.learner.looks import LOOK_SIZE
 from curiosight.learner.places import Places
@@ -102,6 +102,21 @@ def test_all_forests_together_keep_no_more_than_one_may() -> None:
         teach(experts, look % 2, look)
         assert experts.n_samples <= 2000
     assert experts.n_samples > 1900
+    # A place that nobody comes back to makes room, too.
+    alone = make_experts(max_samples=2000)
+    for look in range(20):
+        teach(alone, int(look >= 10), look)
+        assert alone.n_samples <= 2000
+
+
+def test_a_place_is_known_once_it_was_seen_often() -> None:
+    experts = make_experts()
+    assert not experts.knows(sight(0, 0))
+    for look in range(MIN_VIEWS):
+        assert not experts.knows(sight(0, 50))
+        teach(experts, 0, look)
+    assert experts.knows(sight(0, 50))
+    assert experts.knows(None)
 
 
 def test_the_off_line_model_knows_the_places_too() -> None:

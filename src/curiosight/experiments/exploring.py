@@ -277,7 +277,7 @@ class Exploration:
             "test_source": place(self.truth.dataset) if self.truth.indices else None,
             "test_frames": self.held_out.n_frames,
             "samples": last.samples if last else 0,
-            "places": self.learner.experts.views_of_places(),
+            "places": self.learner.experts.n_views(),
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),

@@ -118,7 +118,7 @@ class OffLine:
             "frames": len(self._lessons),
             "samples_drawn": sum(len(lesson.rows) for lesson in self._lessons.values()),
             "samples_kept": self.learner.n_samples,
-            "places": self.learner.experts.views_of_places(),
+            "places": self.learner.experts.n_views(),
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary(),
         }

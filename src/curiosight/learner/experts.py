@@ -25,6 +25,8 @@ COMMON = -1
 COMMON_SHARE = 0.25
 # Of a place that has changed so many old samples leave for each new one.
 FORGETTING = 2
+# From so many views a place is known well enough to say what its scores mean.
+MIN_VIEWS = 8
 # A place that a view is less likely of is not asked.
 MIN_WEIGHT = 0.02
 
@@ -108,13 +110,21 @@ class Experts:
     def n_samples(self) -> int:
         return self.common.n_samples + sum(forest.n_samples for forest in self.of_place)
 
-    def views_of_places(self) -> list[int]:
+    def n_views(self) -> list[int]:
         """Return of how many views each place is known; none where places are not told apart."""
         return [] if self.places is None else self.places.n_views.tolist()
 
     def forests(self) -> dict[int, Forest]:
         """Return all of them, by place."""
         return {COMMON: self.common, **dict(enumerate(self.of_place))}
+
+    def knows(self, sight: Sight | None) -> bool:
+        """Tell whether the place of a view was seen often; always where places do not count."""
+        if self.places is None or sight is None:
+            return True
+        with self._lock:
+            weights, n_views = self.places.locate(sight.T_world_camera, sight.look), self.n_views()
+        return len(weights) > 0 and n_views[int(weights.argmax())] >= MIN_VIEWS
 
     def chosen(self, sight: Sight | None) -> dict[int, float]:
         """Return which forests to ask of a view, and how much each counts, in all 1."""
@@ -265,6 +275,7 @@ class Experts:
         forest = self._new_forest(int(self._place_of_spot.max()) + 1)
         samples = {"rows": rows, "is_salient": is_salient, "groups": groups}
         forest.restore(trees_of.state_arrays() | samples)
+        _evict(forest)
         return forest
 
     def _share_out(self, n_places: int) -> None:
@@ -274,8 +285,7 @@ class Experts:
             common.max_samples, common.n_regrown = whole, self._n_regrown
             return
         common.max_samples, common.n_regrown = max(1, int(COMMON_SHARE * whole)), 1
-        for forest in self.of_place:
-            forest.max_samples = self._share(n_places)
+        _evict(common)
 
     def _share(self, n_places: int) -> int:
         return max(1, (self._max_samples - self.common.max_samples) // n_places)
@@ -320,6 +330,12 @@ class Experts:
             of_place.append(self._new_forest(n_places))
             of_place[-1].restore(own)
         self.of_place = tuple(of_place)
+
+
+def _evict(forest: Forest) -> None:
+    """Let go of the samples that are too many."""
+    none = np.empty((0, forest.n_features), np.uint8), np.empty(0, np.bool_)
+    forest.add(*none)
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:

@@ -223,9 +223,10 @@ class SaliencyLearner:
         votes = self.vote(description, frame.T_world_camera)
         scores = self.scale(votes)
         error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
-        if self.calibration is not None and self.is_trained:
+        sight = self.sight(frame, description, segmentation)
+        if self.calibration is not None and self.is_trained and self.experts.knows(sight):
             self.calibration.add(votes, *description.count(labels))
-        spot = self.experts.note(self.sight(frame, description, segmentation))
+        spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
 
