@@ -19,6 +19,8 @@ from curiosight.learner.sight import Sight
 Labels = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.int64]
 Arrays = dict[str, npt.NDArray[np.generic]]
+# A forest with its samples' rows, whether each is salient, and the spot of each.
+Source = tuple[Forest, Rows, Labels, npt.NDArray[np.int32]]
 
 COMMON = -1
 # The part of the samples, and of each frame's, that the common forest keeps beside others.
@@ -258,17 +260,18 @@ class Experts:
             return
         sources = self.of_place or (self.common,)
         self._share_out(n_places)
+        samples = [(one, one.rows, one.is_salient, one.groups) for one in sources]
         arrived = range(n_places if n_places > 1 else 0)
-        self.of_place = tuple(self._gather(sources, place) for place in arrived)
+        self.of_place = tuple(self._gather(samples, place) for place in arrived)
         self._is_rearranged = True
         self._drifts, self._n_stale = {}, {}
 
-    def _gather(self, sources: Iterable[Forest], place: int) -> Forest:
+    def _gather(self, sources: Iterable[Source], place: int) -> Forest:
         """Return the forest of a place: its samples, and the trees of who had most of them."""
         parts, most, trees_of = [], -1, self.common
-        for source in sources:
-            here = self._place_of_spot[source.groups] == place
-            parts.append((source.rows[here], source.is_salient[here], source.groups[here]))
+        for source, all_rows, all_salient, spots in sources:
+            here = self._place_of_spot[spots] == place
+            parts.append((all_rows[here], all_salient[here], spots[here]))
             if source.is_trained and np.count_nonzero(here) > most:
                 most, trees_of = int(np.count_nonzero(here)), source
         rows, is_salient, groups = (np.concatenate(some) for some in zip(*parts, strict=True))

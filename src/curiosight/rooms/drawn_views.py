@@ -16,7 +16,7 @@ from curiosight.frame import Camera, Depth, Frame, Pose
 from curiosight.rooms.colour_sensor import develop, draw_look
 from curiosight.rooms.free_space import Place, Polygon
 from curiosight.rooms.renderer import Rendering
-from curiosight.rooms.room import VISITS, stream
+from curiosight.rooms.room import LOOKS, VISITS, stream
 from curiosight.rooms.sensing import Readings, sense
 from curiosight.rooms.settings import PathName, SensorName
 
@@ -105,7 +105,6 @@ class DrawnViews(ABC):
     def free_space(self) -> Space:
         """Where the camera can be brought, and how long the ways are."""
 
-    @abstractmethod
     def look_from(
         self,
         T_world_camera: Pose,
@@ -119,10 +118,26 @@ class DrawnViews(ABC):
 
         n_looks: how many looks there were before, where it changes while it is looked at.
         """
+        rendering, truth = self._render(camera, T_world_camera, rng, n_looks)
+        rgb = develop(rendering.radiance, draw_look(rng, blur=self.settings.blur), rng)
+        readings = sense(self.settings.sensor, rendering, camera, rng)
+        depth = readings.registered(camera)
+        frame = Frame(id, rgb, depth, camera, T_world_camera)
+        return Look(frame, truth, rendering.depth, rendering.ids, readings)
 
     @abstractmethod
+    def _render(
+        self, camera: Camera, T_world_camera: Pose, rng: np.random.Generator, n_looks: int
+    ) -> tuple[Rendering, npt.NDArray[np.uint8]]:
+        """Return what a perfect camera sees, and the (H, W) truth of it; see `look_from`."""
+
+    @abstractmethod
+    def _stream(self, number: int, *more: int) -> np.random.Generator:
+        """Return a source of chance that differs between splits and arrangements too."""
+
     def looks_stream(self, index: int) -> np.random.Generator:
         """Return the chance in a view's exposure and noise."""
+        return self._stream(LOOKS, index)
 
     @abstractmethod
     def at_places(self, places: Sequence[tuple[float, float, float]]) -> DrawnViews:
@@ -202,23 +217,3 @@ class DrawnViews(ABC):
             while len(self._looks) > _N_KEPT:
                 self._looks.popitem(last=False)
             return self._looks[index]
-
-
-def take_look(
-    rendering: Rendering,
-    truth: npt.NDArray[np.uint8],
-    settings: ViewSettings,
-    frame: tuple[str, Camera, Pose],
-    rng: np.random.Generator,
-) -> Look:
-    """Return what cheap sensors make of a rendering; frame: id, camera and T_world_camera."""
-    id, camera, T_world_camera = frame
-    rgb = develop(rendering.radiance, draw_look(rng, blur=settings.blur), rng)
-    readings = sense(settings.sensor, rendering, camera, rng)
-    return Look(
-        Frame(id, rgb, readings.registered(camera), camera, T_world_camera),
-        truth,
-        rendering.depth,
-        rendering.ids,
-        readings,
-    )

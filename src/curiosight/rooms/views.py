@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Pose
-from curiosight.rooms.drawn_views import CAMERA, DrawnViews, Look, Standing, take_look
+from curiosight.rooms.drawn_views import CAMERA, DrawnViews, Look, Standing
 from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.overhead import HEIGHTS, TILTS_DEG, OverTables, looking_at
-from curiosight.rooms.renderer import Renderer
-from curiosight.rooms.room import LOOKS, VIEWS, Room, stream
+from curiosight.rooms.renderer import Renderer, Rendering
+from curiosight.rooms.room import VIEWS, Room, stream
 from curiosight.rooms.settings import MAST_TILT
 from curiosight.rooms.tours import HandHeld, drive, find_orbit, tested_path
 from curiosight.rooms.truth import draw_instances, draw_truth
@@ -125,21 +125,11 @@ class RoomViews(DrawnViews):
     def instance_truth(self, index: int) -> npt.NDArray[np.int32]:
         return draw_instances(self.look(index).ids, self.room.scene.parts)
 
-    def looks_stream(self, index: int) -> np.random.Generator:
-        return self._stream(LOOKS, index)
-
-    def look_from(
-        self,
-        T_world_camera: Pose,
-        id: str,
-        rng: np.random.Generator,
-        *,
-        camera: Camera = CAMERA,
-        n_looks: int = 0,
-    ) -> Look:
+    def _render(
+        self, camera: Camera, T_world_camera: Pose, rng: np.random.Generator, n_looks: int
+    ) -> tuple[Rendering, npt.NDArray[np.uint8]]:
         rendering = self.renderer.render(camera, T_world_camera)
-        truth = draw_truth(rendering.ids, self.room.scene.parts)
-        return take_look(rendering, truth, self.settings, (id, camera, T_world_camera), rng)
+        return rendering, draw_truth(rendering.ids, self.room.scene.parts)
 
     def at_places(self, places: Sequence[tuple[float, float, float]]) -> RoomViews:
         return RoomViews(self.room, [self.pose_at(*place) for place in places])

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from curiosight.explorer.progress import moving_mean
 from curiosight.metrics import Ranking
@@ -104,9 +105,7 @@ def time_per_region(
 def roc(rankings: Mapping[str, Ranking], path: Path | str) -> None:
     """Draw the ROC curve of each ranking, the area below it in the legend."""
     _check_any("rankings", rankings)
-    figure = new_figure(4.6, 4.6)
-    axes = figure.add_subplot()
-    axes.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8, linestyle=(0, (2, 3)))
+    figure, axes = _square_of_shares("false positive rate", "true positive rate")
     styles = ("-", (0, (6, 2)), (0, (2, 1.5)), "-.")
     for index, (name, ranking) in enumerate(rankings.items()):
         auc = "no AUC" if ranking.roc_auc is None else f"AUC {ranking.roc_auc:.3f}"
@@ -114,12 +113,6 @@ def roc(rankings: Mapping[str, Ranking], path: Path | str) -> None:
         axes.plot(
             *ranking.roc.T, color=colour, linestyle=style, linewidth=2, label=f"{name}: {auc}"
         )
-    axes.set_xlim(-0.01, 1.01)
-    axes.set_ylim(-0.01, 1.01)
-    axes.set_aspect("equal")
-    axes.set_xlabel("false positive rate")
-    axes.set_ylabel("true positive rate")
-    axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.legend(loc="lower right", fontsize=9)
     save_figure(figure, path)
 
@@ -132,18 +125,10 @@ def reliability(curves: Mapping[str, Floats], path: Path | str) -> None:
         diagonal probabilities are right.
     """
     _check_any("curves", curves)
-    figure = new_figure(4.6, 4.6)
-    axes = figure.add_subplot()
-    axes.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8, linestyle=(0, (2, 3)))
+    figure, axes = _square_of_shares("probability told", "share that is salient")
     for index, (name, curve) in enumerate(curves.items()):
         colour = HUES[index % len(HUES)]
         axes.plot(*curve.T, "o-", color=colour, linewidth=2, markersize=4, label=name)
-    axes.set_xlim(-0.01, 1.01)
-    axes.set_ylim(-0.01, 1.01)
-    axes.set_aspect("equal")
-    axes.set_xlabel("probability told")
-    axes.set_ylabel("share that is salient")
-    axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.legend(loc="upper left", fontsize=9)
     save_figure(figure, path)
 
@@ -160,6 +145,20 @@ def window_shares(regions: npt.NDArray[np.int64], n_regions: int, n_window: int)
     first = np.clip(np.arange(len(regions)) - n_window // 2, 0, len(regions) - n_window)
     shares: Floats = (counted[:, first + n_window] - counted[:, first]) / n_window
     return shares
+
+
+def _square_of_shares(x: str, y: str) -> tuple[Figure, Axes]:
+    """Return a figure of one share over another, with its diagonal."""
+    figure = new_figure(4.6, 4.6)
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8, linestyle=(0, (2, 3)))
+    axes.set_xlim(-0.01, 1.01)
+    axes.set_ylim(-0.01, 1.01)
+    axes.set_aspect("equal")
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(color="#e6e6e6", linewidth=0.6)
+    return figure, axes
 
 
 def _check_any(name: str, values: Sequence[object] | Mapping[str, object]) -> None:

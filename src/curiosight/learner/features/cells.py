@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
+from curiosight.learner.features.superpixel_sums import sum_colours
 from curiosight.learner.features.superpixels import Superpixels
 
 Array = npt.NDArray[Any]
@@ -50,15 +51,7 @@ class CellSegmenter:
 @njit(cache=True, nogil=True)
 def _mean_colours(image: Array, superpixels: Array, n_superpixels: int) -> Array:
     """Return the (n, 3) int32 mean colours, in eighths, rounded."""
-    sums = np.zeros((n_superpixels, 3), np.int32)
-    counts = np.zeros(n_superpixels, np.int32)
-    height, width = superpixels.shape
-    for v in range(height):
-        for u in range(width):
-            s = superpixels[v, u]
-            counts[s] += 1
-            for c in range(3):
-                sums[s, c] += image[v, u, c]
+    sums, counts = sum_colours(image, superpixels, n_superpixels)
     means = np.zeros((n_superpixels, 3), np.int32)
     for s in range(n_superpixels):
         for c in range(3):

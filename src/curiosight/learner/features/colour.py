@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
+from curiosight.learner.features.superpixel_sums import sum_colours
 from curiosight.learner.features.superpixels import Superpixels
 
 Array = npt.NDArray[Any]
@@ -54,15 +55,7 @@ def describe_superpixels(image: Rgb, superpixels: Superpixels) -> tuple[Rows, Ro
 @njit(cache=True, nogil=True)
 def superpixel_means(image: Array, superpixels: Array, n_superpixels: int) -> Array:
     """Return the (n, 3) uint8 mean colours of superpixels, rounded."""
-    sums = np.zeros((n_superpixels, 3), np.int64)
-    counts = np.zeros(n_superpixels, np.int64)
-    height, width = superpixels.shape
-    for v in range(height):
-        for u in range(width):
-            s = superpixels[v, u]
-            counts[s] += 1
-            for c in range(3):
-                sums[s, c] += image[v, u, c]
+    sums, counts = sum_colours(image, superpixels, n_superpixels)
     means = np.zeros((n_superpixels, 3), np.uint8)
     for s in range(n_superpixels):
         for c in range(3):

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
-from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
+from curiosight.learner.features.superpixel_sums import sum_superpixels
 from curiosight.learner.features.superpixels import Superpixels
 
 Array = npt.NDArray[Any]
@@ -36,8 +36,10 @@ def describe_contrast(image: Rgb, superpixels: Superpixels) -> Rows:
     standard deviation of the three channels inside it, which is at most 255.
     """
     n_superpixels = int(superpixels.max()) + 1
-    counts, colours, squares, centres = _sums(image, superpixels, n_superpixels)
-    counts = np.maximum(counts, 1)[:, None]
+    counts, centres, colours, squares = np.split(
+        sum_superpixels(image, superpixels, n_superpixels), [1, 3, 6], axis=1
+    )
+    counts = np.maximum(counts, 1)
     means = colours / counts
     # Whole numbers up to the root: where all pixels are alike it is exactly 0.
     deviations = np.sqrt(counts * squares - colours**2) / counts
@@ -70,27 +72,3 @@ def smoothed(image: Rgb) -> list[npt.NDArray[np.float32]]:
         if level in LEVELS:
             levels.append(cv2.GaussianBlur(smaller, (0, 0), 1.0))
     return levels
-
-
-@njit(cache=True, nogil=True)
-def _sums(image: Array, superpixels: Array, n_superpixels: int) -> tuple[Array, ...]:
-    """Sum over the pixels of each superpixel, exactly.
-
-    Return int64 counts (n,), colours and their squares (n, 3), and places u, v (n, 2).
-    """
-    counts = np.zeros(n_superpixels, np.int64)
-    colours = np.zeros((n_superpixels, 3), np.int64)
-    squares = np.zeros((n_superpixels, 3), np.int64)
-    places = np.zeros((n_superpixels, 2), np.int64)
-    height, width = superpixels.shape
-    for v in range(height):
-        for u in range(width):
-            s = superpixels[v, u]
-            counts[s] += 1
-            places[s, 0] += u
-            places[s, 1] += v
-            for c in range(3):
-                colour = np.int64(image[v, u, c])
-                colours[s, c] += colour
-                squares[s, c] += colour * colour
-    return counts, colours, squares, places

@@ -16,6 +16,7 @@ from curiosight.frame import Rgb
 from curiosight.learner.features.colour import PLACES, Rows
 from curiosight.learner.features.contrast import LEVELS, smoothed
 from curiosight.learner.features.feature_set import FeatureSet
+from curiosight.learner.features.superpixel_sums import sum_superpixels
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 
 Array = npt.NDArray[Any]
@@ -91,24 +92,6 @@ def _mean_lines(superpixels: Array, n_superpixels: int) -> Array:
         if counts[s] > 0:
             rows[s, 0] = byte(255 * sums[s] / (counts[s] * max(height - 1, 1)))
     return rows
-
-
-@njit(cache=True, nogil=True)
-def sum_superpixels(image: Array, superpixels: Array, n_superpixels: int) -> Array:
-    """Return (n, 9) int64 sums over pixels: 1, u, v, the three channels, and their squares."""
-    sums = np.zeros((n_superpixels, 9), np.int64)
-    height, width = superpixels.shape
-    for v in range(height):
-        for u in range(width):
-            total = sums[superpixels[v, u]]
-            total[0] += 1
-            total[1] += u
-            total[2] += v
-            for c in range(3):
-                value = np.int64(image[v, u, c])
-                total[3 + c] += value
-                total[6 + c] += value * value
-    return sums
 
 
 @njit(cache=True, nogil=True)

@@ -11,6 +11,7 @@ from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
 from curiosight.learner.features.feature_set import FeatureSet
+from curiosight.learner.features.superpixel_sums import sum_superpixels
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 from curiosight.learner.features.surroundings import (
     box_at,
@@ -18,7 +19,6 @@ from curiosight.learner.features.surroundings import (
     byte,
     centroid,
     integrate,
-    sum_superpixels,
 )
 
 Array = npt.NDArray[Any]

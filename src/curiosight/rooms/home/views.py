@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Camera, Pose
-from curiosight.rooms.drawn_views import CAMERA, DrawnViews, Look, Standing, take_look
+from curiosight.rooms.drawn_views import DrawnViews, Standing
 from curiosight.rooms.free_space import FreeSpace, Polygon
 from curiosight.rooms.home.home import Home
 from curiosight.rooms.home.renderer import HomeRenderer, HomeRenderers
 from curiosight.rooms.home.settings import N_ORBIT, N_VIEWS, HomeSettings
 from curiosight.rooms.home.ways import draw_orbit, drive_around
-from curiosight.rooms.room import LOOKS, VIEWS, stream
+from curiosight.rooms.renderer import Rendering
+from curiosight.rooms.room import VIEWS, stream
 from curiosight.rooms.settings import MAST_TILT
 from curiosight.rooms.tours import HandHeld, tested_path
 from curiosight.rooms.truth import instances_of, with_outlines
@@ -120,24 +121,14 @@ class HomeViews(DrawnViews):
     def is_place_of(self, other: DrawnViews) -> bool:
         return isinstance(other, HomeViews) and self.home is other.home
 
-    def looks_stream(self, index: int) -> np.random.Generator:
-        return self._stream(LOOKS, index)
-
-    def look_from(
-        self,
-        T_world_camera: Pose,
-        id: str,
-        rng: np.random.Generator,
-        *,
-        camera: Camera = CAMERA,
-        n_looks: int = 0,
-    ) -> Look:
+    def _render(
+        self, camera: Camera, T_world_camera: Pose, rng: np.random.Generator, n_looks: int
+    ) -> tuple[Rendering, npt.NDArray[np.uint8]]:
         renderer = self._renderer_after(n_looks)
         # Of its own: how many draws it takes depends on what is in view.
         disguise = rng.spawn(1)[0] if self._settings.unlearnable else None
         rendering = renderer.render(camera, T_world_camera, disguise)
-        truth = with_outlines(renderer.greys(rendering.ids))
-        return take_look(rendering, truth, self.settings, (id, camera, T_world_camera), rng)
+        return rendering, with_outlines(renderer.greys(rendering.ids))
 
     def instance_truth(self, index: int) -> npt.NDArray[np.int32]:
         ids = self.look(index).ids
