@@ -96,6 +96,18 @@ def test_samples_follow_their_spots_to_a_new_place() -> None:
     assert set(second.groups) == {2}
 
 
+def test_a_second_place_takes_nothing_from_the_first_but_its_share() -> None:
+    experts = make_experts(max_samples=2000)
+    for look in range(6):
+        teach(experts, 0, look)
+    assert experts.common.n_samples == 6 * N_SAMPLES
+    teach(experts, 1, 6)
+    first, second = experts.of_place
+    assert first.n_samples == 750  # half of the three quarters that the common forest leaves
+    assert second.n_samples == N_SAMPLES
+    assert experts.common.n_samples == 500
+
+
 def test_all_forests_together_keep_no_more_than_one_may() -> None:
     experts = make_experts(max_samples=2000)
     for look in range(16):

@@ -259,8 +259,9 @@ class Experts:
         if is_as_before and n_places == max(1, len(self.of_place)):
             return
         sources = self.of_place or (self.common,)
-        self._share_out(n_places)
+        # Before the common forest makes room: else a first place would get no more than it keeps.
         samples = [(one, one.rows, one.is_salient, one.groups) for one in sources]
+        self._share_out(n_places)
         arrived = range(n_places if n_places > 1 else 0)
         self.of_place = tuple(self._gather(samples, place) for place in arrived)
         self._is_rearranged = True
