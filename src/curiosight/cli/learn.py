@@ -74,7 +74,7 @@ def learn(
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c:
-            with talk.following("learn", len(dataset)) as shown:
+            with talk.following("learn", off_line.n_looks) as shown:
                 for _ in ctrl_c.until_pressed(off_line):
                     shown.advance()
                     _keep(off_line, keeping, folder)

@@ -120,7 +120,7 @@ class CrossValidation:
 
     def __len__(self) -> int:
         """Count the frames that are looked at, to learn and to test."""
-        return len(self.dataset) + len(self.truth.indices)
+        return self.off_line.n_looks + len(self.truth.indices)
 
     def __iter__(self) -> Iterator[Frame]:
         """Learn and score frame by frame; yield each when it is done."""

@@ -19,7 +19,7 @@ from curiosight.experiments.problems import Lessons, Problems
 from curiosight.frame import Frame
 from curiosight.learner.experts import Lesson
 from curiosight.learner.learner import SaliencyLearner, Teaches, fit_labels
-from curiosight.teacher import Survey
+from curiosight.teacher import Segmentation, Survey, TemporalTeacher
 
 SPARE = 4
 SO_FAR = 20_000
@@ -32,6 +32,9 @@ class OffLine:
     together would give more than `SPARE` times what the buffer holds. Of those a uniformly
     random choice of `forest.max_samples` is kept. So every frame counts alike, and memory stays
     the same however long the recording is.
+
+    A teacher that remembers is asked twice: what it could not know when it first saw a frame,
+    later ones may have told.
     """
 
     def __init__(self, config: Config, dataset: Dataset, *, teacher: Teaches | None = None) -> None:
@@ -50,12 +53,36 @@ class OffLine:
         """What the frames of the recording share; not needed where a teacher is given."""
         return survey_dataset(self.config, self.dataset)
 
+    @property
+    def n_looks(self) -> int:
+        """How many frames iterating over it yields."""
+        return len(self.dataset) * (2 if self._remembering else 1)
+
+    @property
+    def _remembering(self) -> TemporalTeacher | None:
+        """The teacher, if it is one that has something to remember of this recording."""
+        teacher = self.learner.teacher
+        is_posed = any(pose is not None for pose in self.dataset.poses)
+        return teacher if is_posed and isinstance(teacher, TemporalTeacher) else None
+
     def __iter__(self) -> Iterator[Frame]:
-        """Sample each frame; yield it when its samples are taken."""
+        """Sample each frame; yield it when its samples are taken, see `n_looks`."""
+        for frame, segmentation in self._look():
+            self.problems.add_told(frame, segmentation)
+            self.lessons.add(frame, segmentation)
+            yield frame
+        if teacher := self._remembering:
+            teacher.is_remembering = False
+            yield from (frame for frame, _ in self._look())
+            teacher.is_remembering = True
+
+    def _look(self) -> Iterator[tuple[Frame, Segmentation]]:
+        """Sample each frame, and yield it with what the teacher said."""
         with Prefetch(self.dataset, memory_mb=self.config.run.memory_mb) as frames:
             for index, frame in enumerate(frames.in_order(range(len(self.dataset)))):
-                self._lessons[index] = self._lesson(frame)
-                yield frame
+                segmentation = self.learner.segment(frame)
+                self._lessons[index] = self._lesson(frame, segmentation)
+                yield frame, segmentation
 
     def fit(self, indices: Iterable[int] | None = None) -> SaliencyLearner:
         """Grow the trees on what was sampled from some frames, None = all so far.
@@ -95,11 +122,8 @@ class OffLine:
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
 
-    def _lesson(self, frame: Frame) -> Lesson:
+    def _lesson(self, frame: Frame, segmentation: Segmentation) -> Lesson:
         learner = self.learner
-        segmentation = learner.segment(frame)
-        self.problems.add_told(frame, segmentation)
-        self.lessons.add(frame, segmentation)
         description = learner.describe(frame.rgb)
         labels = fit_labels(segmentation.labels, description)
         rows, is_salient = learner.sample(description, labels, self._n_pixels)

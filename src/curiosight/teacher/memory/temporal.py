@@ -12,7 +12,7 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
-from curiosight.teacher.memory.votes import VoxelVotes
+from curiosight.teacher.memory.votes import REJECTED, VoxelVotes
 from curiosight.teacher.resizing import in_full_size, in_own_size
 from curiosight.teacher.segmented import CODE_OF, UNDER_TABLE, Segmentation
 from curiosight.teacher.settings import SegmentationSettings
@@ -27,19 +27,25 @@ Array = npt.NDArray[Any]
 STRIDE = 2
 # What only this view does not know; every other verdict is a vote against.
 ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
+# Of an unknown cluster: from this share on what is surely not salient counts; one more of which
+# this share may be salient is left in doubt.
+MIN_SETTLED, MAX_SALIENT = 0.5, 0.1
 
 
 class TemporalTeacher:
     """A teacher with a memory of the place, where poses tell what is where.
 
     Every frame votes with what it shows by itself. Then a thing that the image cuts, or that
-    stands too close to another, is salient where it was seen whole before; and what most views
-    take for table or wall is not salient in one of them. What has gone is forgotten.
+    stands too close to another, is salient where it was seen whole before; what most views
+    take for table or wall is not salient in one of them; and what a view does not know is not
+    salient where others know it. What has gone is forgotten.
 
     teacher: whose survey and thresholds it takes over, on a finer grid.
     min_ahead: votes by which salient must lead. Twice as many against take it back, unless more
         views than not see something salient here or beside: poses drift by more than a mug is
         thick.
+    is_remembering: set it to False once it has seen all there is to see: it then labels frames
+        by what it knows, and they do not vote again.
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
@@ -47,6 +53,7 @@ class TemporalTeacher:
         self.teacher = Teacher(teacher.survey, settings, masks=teacher.masks)
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
+        self.is_remembering = True
         self._tracker = UpTracker()
 
     @property
@@ -78,11 +85,12 @@ class TemporalTeacher:
         if frame.depth is None or frame.camera is None or alone.problem:
             return alone
         stride = self.settings.stride_at(scale_of(frame.camera))
-        labels = alone.labels[::stride, ::stride]
         voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=stride)
-        self.votes.forget_removed(frame.depth, frame.camera, pose)
-        corrected = self._corrected(labels, _may_be_object(alone, stride), voxels)
-        self.votes.add(voxels, _ballots(alone, stride))
+        if self.is_remembering:
+            self.votes.forget_removed(frame.depth, frame.camera, pose)
+        corrected = self._corrected(alone, stride, voxels)
+        if self.is_remembering:
+            self.votes.add(voxels, _ballots(alone, stride))
         full, _, _ = spread(
             corrected.astype(np.int32),
             np.ascontiguousarray(frame.depth[::stride, ::stride]),
@@ -109,18 +117,37 @@ class TemporalTeacher:
         return tracked
 
     def _corrected(
-        self, labels: Array, may_be_object: Array, voxels: Array
+        self, alone: Segmentation, stride: int, voxels: Array
     ) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
-        corrected = labels.copy()
+        corrected: npt.NDArray[np.uint8] = alone.labels[::stride, ::stride].copy()
         where = np.flatnonzero((corrected == Label.UNKNOWN) | (corrected == Label.SALIENT))
-        here, around = self.votes.balance(voxels.take(where)).T
+        here, around, settled = self.votes.balance(voxels.take(where)).T
         is_unknown = corrected.take(where) == Label.UNKNOWN
-        is_told = is_unknown & (around >= self.min_ahead) & may_be_object.take(where)
-        corrected.ravel()[where[is_told]] = Label.SALIENT
+        may_be_object = _may_be_object(alone, stride).take(where)
+        is_told = is_unknown & (around >= self.min_ahead) & may_be_object
         denied = ~is_unknown & (here <= -2 * self.min_ahead) & (around <= 0)
+        cluster = alone.cluster_of_pixel[::stride, ::stride].take(where)
+        is_other = is_unknown & (settled <= -self.min_ahead)
+        is_other &= _of_most(cluster, is_other, is_told)
+        corrected.ravel()[where[is_told]] = Label.SALIENT
         corrected.ravel()[where[denied]] = Label.UNKNOWN
+        corrected.ravel()[where[is_other]] = Label.NOT_SALIENT
         return corrected
+
+
+def _of_most(cluster: Array, is_other: Array, is_salient: Array) -> npt.NDArray[np.bool_]:
+    """(n,) whether a pixel's cluster is mostly `is_other`, and hardly salient; true in none.
+
+    The foot of a mug lies in voxels of the table: a thing is judged as a whole.
+    """
+    n_clusters = int(cluster.max(initial=0)) + 1
+    n_pixels = np.bincount(cluster, minlength=n_clusters)
+    n_other = np.bincount(cluster[is_other], minlength=n_clusters)
+    n_salient = np.bincount(cluster[is_salient], minlength=n_clusters)
+    is_most = (n_other >= MIN_SETTLED * n_pixels) & (n_salient <= MAX_SALIENT * n_pixels)
+    is_most[0] = True
+    return np.asarray(is_most[cluster])
 
 
 def _may_be_object(alone: Segmentation, stride: int) -> Array:
@@ -132,11 +159,11 @@ def _may_be_object(alone: Segmentation, stride: int) -> Array:
 
 
 def _ballots(alone: Segmentation, stride: int) -> npt.NDArray[np.uint8]:
-    """(h, w): what a frame says by itself, codes of `Label`; a rejected cluster is a no."""
+    """(h, w): what a frame says by itself, codes of `Label`, or `REJECTED`: a doubtful no."""
     is_rejected = np.array(
         [False]
         + [c.verdict not in ABSTAINS and c.verdict is not Verdict.OBJECT for c in alone.clusters]
     )
     ballots: npt.NDArray[np.uint8] = alone.labels[::stride, ::stride].copy()
-    ballots[is_rejected.take(alone.cluster_of_pixel[::stride, ::stride])] = Label.NOT_SALIENT
+    ballots[is_rejected.take(alone.cluster_of_pixel[::stride, ::stride])] = REJECTED
     return ballots

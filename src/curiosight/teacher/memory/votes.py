@@ -21,9 +21,13 @@ FREE = np.int64(-1)
 # A voxel's place is three whole numbers of 21 bits, from this one on.
 _ORIGIN = 1 << 20
 SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
-# Columns of a voxel's votes: views that saw here what is salient, what is not, and what is salient
-# here or beside; the last of these, from 1; and by how many pixels salient leads in this view.
-HERE, AGAINST, BESIDE, LAST, AHEAD = range(5)
+# Beside these, of ballots: a cluster that is no object. It may still be a part of one.
+REJECTED = np.uint8(1)
+# Columns of a voxel's votes: views that saw here what is salient, what is not salient or rejected,
+# of these what is surely not salient, and what is salient here or beside; the last of these, from
+# 1; and by how many pixels salient leads in this view before the one and before the other.
+HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED = range(7)
+N_COLUMNS = 7
 
 
 class VoxelVotes:
@@ -36,7 +40,7 @@ class VoxelVotes:
         self.side = side
         self._n_views, self._n_voxels, self._n_salient = 0, 0, 0
         self._voxels = np.full(capacity, FREE)
-        self._votes = np.zeros((capacity, 5), np.int32)
+        self._votes = np.zeros((capacity, N_COLUMNS), np.int32)
         # The voxels that something salient was seen in or beside.
         self._salient = np.empty(0, np.int64)
 
@@ -61,7 +65,7 @@ class VoxelVotes:
     def add(self, voxels: Array, labels: Array) -> None:
         """Let one view vote: each voxel once, for what most of its pixels say.
 
-        voxels: see `voxels_of`. labels: of the same shape, codes of `Label`.
+        voxels: see `voxels_of`. labels: of the same shape, codes of `Label`, or `REJECTED`.
         """
         seen, said = voxels.ravel(), labels.ravel()
         n_runs, n_salient = _count_runs(seen, said)
@@ -78,9 +82,10 @@ class VoxelVotes:
         self._n_voxels += n_new
 
     def balance(self, voxels: Array) -> Array:
-        """(n, 2) int32: how many more views said salient than not, for each of (n,) voxels.
+        """(n, 3) int32: how many more views said salient than not, for each of (n,) voxels.
 
-        First for the voxel itself, then with the views that saw something salient beside it.
+        First for the voxel itself, then with the views that saw something salient beside it, and
+        last as these against the views that surely saw what is not, rejected clusters left out.
         """
         return np.asarray(_weigh_votes(self._voxels, self._votes, voxels))
 
@@ -101,7 +106,7 @@ class VoxelVotes:
     def _grow(self) -> None:
         old, votes = self._voxels, self._votes
         self._voxels = np.full(2 * len(old), FREE)
-        self._votes = np.zeros((2 * len(old), 5), np.int32)
+        self._votes = np.zeros((2 * len(old), N_COLUMNS), np.int32)
         _move_votes(old, votes, self._voxels, self._votes)
 
 
@@ -135,6 +140,11 @@ def find_slot(voxels: Array, voxel: int) -> int:
     return slot
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _is_vote(label: int) -> bool:
+    return label == SALIENT or label == NOT_SALIENT or label == REJECTED
+
+
 @njit(cache=True, nogil=True)
 def _count_runs(seen: Array, said: Array) -> tuple[int, int]:
     """Count the pixels that tell anything, and those that say salient, but one of equal ones.
@@ -143,7 +153,7 @@ def _count_runs(seen: Array, said: Array) -> tuple[int, int]:
     """
     n_runs, n_salient = 0, 0
     for pixel in range(len(seen)):
-        is_known = said[pixel] == SALIENT or said[pixel] == NOT_SALIENT
+        is_known = _is_vote(said[pixel])
         is_next = pixel == 0 or seen[pixel] != seen[pixel - 1] or said[pixel] != said[pixel - 1]
         if is_known and is_next:
             n_runs += 1
@@ -170,7 +180,7 @@ def _count_view(
     n_touched, n_new, slot = 0, 0, -1
     for pixel in range(len(seen)):
         label = said[pixel]
-        if seen[pixel] == FREE or (label != SALIENT and label != NOT_SALIENT):
+        if seen[pixel] == FREE or not _is_vote(label):
             continue
         # Pixels beside each other are mostly of one voxel.
         if slot < 0 or voxels[slot] != seen[pixel]:
@@ -180,11 +190,16 @@ def _count_view(
             touched[n_touched] = slot
             n_touched += 1
         votes[slot, AHEAD] += 1 if label == SALIENT else -1
+        if label != REJECTED:
+            votes[slot, AHEAD_OF_SETTLED] += 1 if label == SALIENT else -1
     for place in range(n_touched):
         slot = touched[place]
         ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
         if ahead < 0:
             votes[slot, AGAINST] += 1
+        if votes[slot, AHEAD_OF_SETTLED] < 0:
+            votes[slot, SETTLED] += 1
+        votes[slot, AHEAD_OF_SETTLED] = 0
         if ahead <= 0:
             continue
         votes[slot, HERE] += 1
@@ -203,14 +218,15 @@ def _count_view(
 
 @njit(cache=True, nogil=True)
 def _weigh_votes(voxels: Array, votes: Array, seen: Array) -> Array:
-    """(n, 2) int32: salient here, and salient here or beside, less not salient here."""
-    balance, slot = np.zeros((len(seen), 2), np.int32), -1
+    """(n, 3) int32, see `balance`."""
+    balance, slot = np.zeros((len(seen), 3), np.int32), -1
     for pixel in range(len(seen)):
         if seen[pixel] != FREE:
             if slot < 0 or voxels[slot] != seen[pixel]:
                 slot = find_slot(voxels, seen[pixel])
             balance[pixel, 0] = votes[slot, HERE] - votes[slot, AGAINST]
             balance[pixel, 1] = votes[slot, BESIDE] - votes[slot, AGAINST]
+            balance[pixel, 2] = votes[slot, BESIDE] - votes[slot, SETTLED]
     return balance
 
 
@@ -255,7 +271,7 @@ def _forget_removed(
                     is_gone = False
         if is_gone:
             slot = find_slot(voxels, voxel)
-            votes[slot, HERE], votes[slot, AGAINST], votes[slot, BESIDE] = 0, 0, 0
+            votes[slot, :LAST] = 0
             n_left -= 1
     return n_left
 
