@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 
+Array = npt.NDArray[Any]
 Look = npt.NDArray[np.uint8]
 
 # Of lightness and of the two hues; what is beyond the ends, which is rare, counts to the last bin.
@@ -25,10 +29,35 @@ def look_of(rgb: Rgb) -> Look:
     Bhattacharyya coefficient.
     """
     lab = cv2.cvtColor(cv2.resize(rgb, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2LAB)
-    lab[..., 1:] = np.clip(lab[..., 1:], LOW, HIGH)
-    counts = cv2.calcHist([lab], [0, 1, 2], None, BINS, RANGES).ravel()
+    counts = count_colours(lab, _BINS_OF_VALUE)
     look: Look = np.rint(255 * np.sqrt(counts / max(counts.sum(), 1))).astype(np.uint8)
     return look
+
+
+def _bins_of_values() -> npt.NDArray[np.int32]:
+    """Return (3, 256) what each channel's values add to the number of a colour's bin."""
+    values, steps = np.arange(256), (BINS[1] * BINS[2], BINS[2], 1)
+    hue = np.clip(values, LOW, HIGH)
+    bins = np.empty((3, 256), np.int32)
+    for channel, (n_bins, step) in enumerate(zip(BINS, steps, strict=True)):
+        low, end = RANGES[2 * channel : 2 * channel + 2]
+        # As OpenCV's `calcHist` rounds it.
+        scale = n_bins / (end - low)
+        bins[channel] = step * np.floor((hue if channel else values) * scale - low * scale)
+    return bins
+
+
+_BINS_OF_VALUE = _bins_of_values()
+
+
+@njit(cache=True, nogil=True)
+def count_colours(lab: Array, bins: Array) -> Array:
+    """Return (800,) float32, how many pixels of an (h, w, 3) image fall into each bin."""
+    counts = np.zeros(LOOK_SIZE, np.float32)
+    for v in range(lab.shape[0]):
+        for u in range(lab.shape[1]):
+            counts[bins[0, lab[v, u, 0]] + bins[1, lab[v, u, 1]] + bins[2, lab[v, u, 2]]] += 1
+    return counts
 
 
 def likeness(look: Look, others: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
