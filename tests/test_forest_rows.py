@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from curiosight.learner.archive import read_archive
 from curiosight.learner.forest import Forest
 from curiosight.learner.forest_draws import ALL_KEYS
-from curiosight.learner.learner import KIND, SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.model_file import KIND
 from pictures import picture
 from reference_trees import (
     ReferenceBuffer,
