@@ -9,7 +9,7 @@ import pytest
 
 from curiosight.frame import Camera, Frame, Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
-from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, likeness, look_of
+from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, likeness, look_of
 from curiosight.learner.places import MAX_LOOKS_PER_SPOT, Places
 from curiosight.learner.sight import CELL, Sight, cell_of, ground_axes
 
@@ -238,3 +238,21 @@ def test_look_counts_colours_as_opencv_does() -> None:
     counts = cv2.calcHist([lab], [0, 1, 2], None, BINS, RANGES).ravel()
     expected = np.rint(255 * np.sqrt(counts / counts.sum())).astype(np.uint8)
     np.testing.assert_array_equal(look_of(image), expected)
+
+
+def test_kept_looks_are_compared_as_the_plain_formula_says() -> None:
+    rng = np.random.default_rng(9)
+    expected = rng.integers(0, 90, (40, LOOK_SIZE)).astype(np.uint8)
+    kept = Looks(expected[:3])
+    for look in expected[3:]:
+        kept.append(look)
+    kept.remove(5)
+    kept.replace(7, expected[0])
+    expected = np.delete(expected, 5, axis=0)
+    expected[7] = expected[0]
+    np.testing.assert_array_equal(kept.array(), expected)
+    assert len(kept) == 39
+    one, many = expected[11].astype(float), expected.astype(float)
+    alike = many @ one / (np.linalg.norm(many, axis=1) * np.linalg.norm(one))
+    np.testing.assert_allclose(kept.likeness(expected[11]), alike, rtol=1e-5)
+    assert kept.likeness(expected[11]).argmax() == 11

@@ -62,7 +62,54 @@ def count_colours(lab: Array, bins: Array) -> Array:
 
 def likeness(look: Look, others: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
     """Return how alike a look and (n, 800) others are: (n,) in [0, 1], 1 = the same colours."""
-    one, many = look.astype(np.float32), others.astype(np.float32)
-    lengths = np.linalg.norm(many, axis=1) * np.linalg.norm(one)
-    alike: npt.NDArray[np.float32] = many @ one / np.maximum(lengths, 1)
-    return alike
+    return Looks(others).likeness(look)
+
+
+class Looks:
+    """Looks that are kept in an order, as numbers that others are compared with at once."""
+
+    def __init__(self, looks: npt.NDArray[np.uint8] | None = None) -> None:
+        given = np.empty((0, LOOK_SIZE), np.uint8) if looks is None else looks
+        # Of these the first n count; there is room for more.
+        self._n = len(given)
+        self._values = given.astype(np.float32)
+        self._lengths = np.linalg.norm(self._values, axis=1)
+
+    def __len__(self) -> int:
+        return self._n
+
+    def __getitem__(self, index: int) -> Look:
+        look: Look = self._values[: self._n][index].astype(np.uint8)
+        return look
+
+    def array(self) -> npt.NDArray[np.uint8]:
+        """Return (n, 800) of them."""
+        return self._values[: self._n].astype(np.uint8)
+
+    def likeness(self, look: Look) -> npt.NDArray[np.float32]:
+        """Return (n,) what `likeness` of a look and all of them is."""
+        one = look.astype(np.float32)
+        lengths = self._lengths[: self._n] * np.linalg.norm(one)
+        alike: npt.NDArray[np.float32] = self._values[: self._n] @ one / np.maximum(lengths, 1)
+        return alike
+
+    def append(self, look: Look) -> None:
+        """Add one behind the others."""
+        if self._n == len(self._values):
+            n_more = max(16, self._n // 2)
+            more = np.zeros((n_more, LOOK_SIZE), np.float32)
+            self._values = np.concatenate([self._values, more])
+            self._lengths = np.concatenate([self._lengths, np.zeros(n_more, np.float32)])
+        self._n += 1
+        self.replace(self._n - 1, look)
+
+    def replace(self, index: int, look: Look) -> None:
+        """Put another in the place of one."""
+        self._values[index] = look
+        self._lengths[index] = np.linalg.norm(self._values[index : index + 1], axis=1)[0]
+
+    def remove(self, index: int) -> None:
+        """Take one away; those behind it close up."""
+        self._values[index : self._n - 1] = self._values[index + 1 : self._n]
+        self._lengths[index : self._n - 1] = self._lengths[index + 1 : self._n]
+        self._n -= 1
