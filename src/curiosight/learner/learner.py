@@ -222,7 +222,7 @@ class SaliencyLearner:
         if depth is not None:
             return self.maps(rgb, T_world_camera, depth, camera).saliency
         small = shrink(_checked(rgb))
-        description = self._describe(small)
+        description = self.describe(small)
         scores = self.predict(description, T_world_camera)[description.row_of_pixel]
         return enlarge(self._smoothing(small)(scores), rgb)
 
@@ -242,7 +242,7 @@ class SaliencyLearner:
         """
         said = self._said(rgb, T_world_camera, depth, camera)
         small = shrink(_checked(rgb))
-        description, smooth = self._describe(small), self._smoothing(small)
+        description, smooth = self.describe(small), self._smoothing(small)
         votes = self.vote(description, T_world_camera)
         row_of_pixel = description.row_of_pixel
         uncertainty = None
@@ -287,9 +287,7 @@ class SaliencyLearner:
 
     def describe(self, rgb: Rgb) -> Description:
         """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
-        return self._describe(shrink(_checked(rgb)))
-
-    def _describe(self, small: Rgb) -> Description:
+        small = shrink(_checked(rgb))  # itself where it is so already
         look = look_of(small) if self.experts.places else None
         return Description(*self.describer(small), look)
 
