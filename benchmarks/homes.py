@@ -21,7 +21,8 @@ from curiosight.evaluation import MapScores
 from curiosight.experiments.components import make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.frame import Frame
-from curiosight.learner.learner import Saliency, SaliencyLearner
+from curiosight.learner.description import Saliency
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.worlds.sources import open_source
 
 RESULTS = Path(__file__).parent / "results" / "homes.json"

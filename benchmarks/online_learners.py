@@ -31,7 +31,7 @@ from curiosight.evaluation import f1_error_of_rows
 from curiosight.experiments.components import make_learner, make_teacher
 from curiosight.experiments.timing import one_thread, processor
 from curiosight.learner.calibration import Calibration
-from curiosight.learner.learner import fit_labels, sight_of
+from curiosight.learner.description import fit_labels, sight_of
 from curiosight.worlds.sources import open_source
 
 HERE = Path(__file__).parent

@@ -104,9 +104,9 @@ def test_library_defaults_are_the_papers(preset: str) -> None:
     plain = SaliencyLearner()
     is_same = made.forest.settings() == plain.forest.settings()
     assert is_same == (preset == "paper")
-    assert (made.rows_per == plain.rows_per) == (preset == "paper")
-    assert (made.features == plain.features) == (preset == "paper")
-    assert (made.superpixels == plain.superpixels) == (preset == "paper")
+    assert (made.describer.rows_per == plain.describer.rows_per) == (preset == "paper")
+    assert (made.describer.features == plain.describer.features) == (preset == "paper")
+    assert (made.describer.superpixels == plain.describer.superpixels) == (preset == "paper")
     assert made.n_pixels == plain.n_pixels
 
 

@@ -155,7 +155,7 @@ def test_model_that_goes_on_keeps_its_own_features_and_forest(
     default = load_config("default")
     assert (written.learner, written.forest) == (default.learner, default.forest)
     model = SaliencyLearner.load(tmp_path / "next/model.npz")
-    assert model.rows_per == "superpixel"
+    assert model.describer.rows_per == "superpixel"
 
 
 def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_every_setting_of_a_model_is_brought_along(tmp_path: Path) -> None:
     config = Config(learner=learner_settings, forest=forest_settings)
     make_learner(config, None).save(tmp_path / "model.npz")
     learner, brought = load_learner(tmp_path / "model.npz", load_config("paper"), None)
-    assert learner.n_superpixels == 500
+    assert learner.describer.n_superpixels == 500
     assert brought == config
 
 

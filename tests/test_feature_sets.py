@@ -18,7 +18,8 @@ from curiosight.learner.features import (
     mean_of_pixels,
     to_bytes,
 )
-from curiosight.learner.learner import KIND, SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.model_file import KIND
 from pictures import make_learner, noise_in_blocks, picture, taught
 from scenes import photograph
 
@@ -144,7 +145,8 @@ def test_a_model_file_of_version_0_1_is_read(tmp_path: Path) -> None:
     assert "edge_stride" not in header
     write_archive(tmp_path / "first.npz", KIND, header | {"features": first}, arrays)
     loaded = SaliencyLearner.load(tmp_path / "first.npz")
-    assert (loaded.features, loaded.superpixels, loaded.edge_stride) == ("colours", "seeds", 1)
+    assert (loaded.describer.features, loaded.describer.superpixels) == ("colours", "seeds")
+    assert loaded.edge_stride == 1
     frame = picture(8)
     np.testing.assert_array_equal(loaded.saliency(frame.rgb), learner.saliency(frame.rgb))
 
@@ -157,8 +159,12 @@ def test_a_model_says_its_sets_and_comes_back(tmp_path: Path) -> None:
     sizes = {one["name"]: len(one["columns"]) for one in header["features"]["sets"]}
     assert sizes == {"surroundings": 58, "height": 1, "contrast": 15}
     loaded = SaliencyLearner.load(tmp_path / "model.npz")
-    assert (loaded.features, loaded.superpixels) == ("surroundings+height", "cells")
-    assert (loaded.contrast, loaded.n_superpixels, loaded.edge_stride) == (True, 900, 3)
+    assert (loaded.describer.features, loaded.describer.superpixels) == (
+        "surroundings+height",
+        "cells",
+    )
+    assert (loaded.describer.contrast, loaded.describer.n_superpixels) == (True, 900)
+    assert loaded.edge_stride == 3
     frame = picture(8)
     np.testing.assert_array_equal(loaded.saliency(frame.rgb), learner.saliency(frame.rgb))
 

@@ -10,8 +10,9 @@ from curiosight.evaluation import HeldOut
 from curiosight.evaluation.held_out import GRID
 from curiosight.experiments.components import make_learner
 from curiosight.frame import Label
+from curiosight.learner.description import fit_labels
 from curiosight.learner.experts import COMMON, Change
-from curiosight.learner.learner import SaliencyLearner, fit_labels
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.metrics import f1_error
 from curiosight.teacher import Teacher, survey_recording
 from room_world import RoomRecording
@@ -42,7 +43,7 @@ def plain_error(learner: SaliencyLearner, room: RoomRecording, *, grid: int = 1)
 def test_asking_only_regrown_trees_gives_what_asking_all_gives(room, preset: str) -> None:
     learner = make_room_learner(room, preset)
     held_out = HeldOut(learner, room.labelled())
-    grid = {"superpixel": 1, "pixel": GRID}[learner.rows_per]
+    grid = {"superpixel": 1, "pixel": GRID}[learner.describer.rows_per]
     assert held_out.overall_error() == 1
     for frame in room.frames:
         change = learner.observe(frame).change

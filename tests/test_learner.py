@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from curiosight.frame import Frame, Label
+from curiosight.learner.description import Description, fit_labels
 from curiosight.learner.experts import COMMON
 from curiosight.learner.features import N_FEATURES, RowsPer
 from curiosight.learner.forest import Forest
-from curiosight.learner.learner import Description, SaliencyLearner, fit_labels
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.metrics import f1_error
 from curiosight.teacher import Segmentation, Teacher
 from pictures import RedThings, make_learner, picture, taught

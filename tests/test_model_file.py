@@ -12,7 +12,8 @@ from curiosight.errors import DataError
 from curiosight.learner.archive import read_archive, write_archive
 from curiosight.learner.features import RowsPer
 from curiosight.learner.forest import Forest
-from curiosight.learner.learner import KIND, SaliencyLearner
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.model_file import KIND
 from pictures import RedThings, make_learner, picture, taught
 
 
@@ -33,8 +34,8 @@ def test_a_saved_model_comes_back_whole_and_goes_on_learning(tmp_path: Path) -> 
     loaded = SaliencyLearner.load(tmp_path / "model.npz", RedThings(), seed=1, n_threads=2)
     assert np.array_equal(loaded.saliency(picture(8).rgb), learner.saliency(picture(8).rgb))
     assert np.array_equal(loaded.forest.rows, learner.forest.rows)
-    assert (loaded.rows_per, loaded.colour_space) == ("superpixel", "lab")
-    assert loaded.contrast
+    assert (loaded.describer.rows_per, loaded.describer.colour_space) == ("superpixel", "lab")
+    assert loaded.describer.contrast
     assert loaded.observe(picture(3)).change.n_regrown == 4
     assert loaded.forest.n_samples == 4 * 90
 

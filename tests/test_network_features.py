@@ -59,7 +59,7 @@ def test_a_model_of_colours_and_a_network_comes_back(red: Path, tmp_path: Path) 
     frame = picture(8)
     learner.save(tmp_path / "model.npz")
     loaded = SaliencyLearner.load(tmp_path / "model.npz")
-    assert loaded.features == f"height+onnx:{red}"
+    assert loaded.describer.features == f"height+onnx:{red}"
     np.testing.assert_array_equal(loaded.saliency(frame.rgb), learner.saliency(frame.rgb))
     write_network(red, (0, 1, 0), (1, 3, "h", "w"))
     with pytest.raises(DataError, match="was made with other features"):

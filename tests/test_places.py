@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from curiosight.frame import Camera, Frame, Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
-from curiosight.learner.looks import LOOK_SIZE, likeness, look_of
+from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, likeness, look_of
 from curiosight.learner.places import MAX_LOOKS_PER_SPOT, Places
 from curiosight.learner.sight import CELL, Sight, cell_of, ground_axes
 
@@ -228,3 +229,30 @@ def test_numbers_stay_with_most_of_their_members() -> None:
     assert keep_numbers(groups, none_yet, weights).tolist() == groups.tolist()
     # A number that nobody keeps is taken over: there are no gaps.
     assert keep_numbers(np.zeros(3, np.int64), np.array([2, 1, 0]), np.ones(3)).tolist() == [0] * 3
+
+
+def test_look_counts_colours_as_opencv_does() -> None:
+    image = np.random.default_rng(4).integers(0, 256, (120, 160, 3), np.uint8)
+    lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
+    lab[..., 1:] = np.clip(lab[..., 1:], LOW, HIGH)
+    counts = cv2.calcHist([lab], [0, 1, 2], None, BINS, RANGES).ravel()
+    expected = np.rint(255 * np.sqrt(counts / counts.sum())).astype(np.uint8)
+    np.testing.assert_array_equal(look_of(image), expected)
+
+
+def test_kept_looks_are_compared_as_the_plain_formula_says() -> None:
+    rng = np.random.default_rng(9)
+    expected = rng.integers(0, 90, (40, LOOK_SIZE)).astype(np.uint8)
+    kept = Looks(expected[:3])
+    for look in expected[3:]:
+        kept.append(look)
+    kept.remove(5)
+    kept.replace(7, expected[0])
+    expected = np.delete(expected, 5, axis=0)
+    expected[7] = expected[0]
+    np.testing.assert_array_equal(kept.array(), expected)
+    assert len(kept) == 39
+    one, many = expected[11].astype(float), expected.astype(float)
+    alike = many @ one / (np.linalg.norm(many, axis=1) * np.linalg.norm(one))
+    np.testing.assert_allclose(kept.likeness(expected[11]), alike, rtol=1e-5)
+    assert kept.likeness(expected[11]).argmax() == 11

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from curiosight.learner.edges import follow_edges
 from curiosight.learner.features import RowsPer
-from curiosight.learner.learner import SaliencyLearner, follow_edges
+from curiosight.learner.learner import SaliencyLearner
 from pictures import RED, make_learner, picture, taught
 
 ROWS_PER = pytest.mark.parametrize("rows_per", get_args(RowsPer))

@@ -7,12 +7,12 @@ import numpy.typing as npt
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from curiosight.learner.features import make_sets
+from curiosight.learner.features import Picture, describe, make_sets
 from curiosight.learner.features.colour import PLACES
+from curiosight.learner.features.superpixel_sums import sum_superpixels
 from curiosight.learner.features.surroundings import (
     describe_height,
     describe_surroundings,
-    integrate,
 )
 from curiosight.learner.features.texture import describe_texture
 from pictures import noise_in_blocks
@@ -115,11 +115,9 @@ def test_direction_of_stripes_is_told_whatever_their_place() -> None:
     assert (texture(turned, superpixels[:, :60].copy())[:, column] < 5).all()
 
 
-def test_sums_that_run_over_do_no_harm() -> None:
+def test_large_sums_do_no_harm() -> None:
     """White all over: 300 x 2000 pixels of 255² are more than 32 bits hold."""
     image = np.full((2000, 300, 3), 255, np.uint8)
-    squares = np.full((2000, 300, 1), 255**2, np.int32)
-    assert (np.diff(integrate(squares)[:, -1, 0].astype(np.int64)) < 0).any()
     superpixels = np.zeros((2000, 300), np.int32)
     superpixels[1900:1910, 290:] = 1
     row = describe_surroundings(image, superpixels)[1]
@@ -137,3 +135,16 @@ def test_height_is_the_mean_line() -> None:
     rows = describe_height(image, superpixels)
     assert rows.shape == (4, 1)
     assert rows[:, 0].tolist() == [128, 1, 0, 254]
+
+
+def test_sums_are_shared_and_change_nothing() -> None:
+    image, superpixels = noise_in_blocks(3, height=60)
+    sets = make_sets("surroundings+texture+height+contrast", "rgb")
+    rows, _ = describe(Picture(image), superpixels, sets, rows_per="superpixel")
+    alone = [one(image, superpixels) for one in sets]
+    np.testing.assert_array_equal(rows, np.hstack(alone))
+    sums = sum_superpixels(image, superpixels, superpixels.max() + 1)
+    v, u = np.nonzero(superpixels == 2)
+    inside = image[v, u].astype(np.int64)
+    expected = [len(u), u.sum(), v.sum(), *inside.sum(axis=0), *(inside**2).sum(axis=0)]
+    assert sums[2].tolist() == [int(value) for value in expected]

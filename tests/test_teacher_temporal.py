@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher import Survey, Teacher, TemporalTeacher
-from curiosight.teacher.memory.votes import FREE, VoxelVotes
+from curiosight.teacher.memory.votes import FREE, REJECTED, VoxelVotes
 from room import ROOM, Box, look, render
 from scenes import CAMERA, WALL, as_frame, see
 
@@ -85,6 +85,51 @@ def test_what_most_views_took_for_background_is_taken_back() -> None:
     assert np.mean(labels[where] == Label.UNKNOWN) > 0.9
 
 
+def test_what_a_view_does_not_know_is_not_salient_where_others_know_it() -> None:
+    temporal = teacher()
+    cut, where = view(CUBE, aside=1.2)
+    alone = temporal.teacher.segment(cut)
+    assert np.mean(alone.labels[where] == Label.UNKNOWN) > 0.9
+    voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera)
+    said = np.where(where, Label.NOT_SALIENT, Label.UNKNOWN)
+    temporal.votes.add(voxels, said)
+    assert np.mean(temporal.segment(cut).labels[where] == Label.UNKNOWN) > 0.9  # one is not enough
+    temporal.votes.add(voxels, said)
+    assert np.mean(temporal.segment(cut).labels[where] == Label.NOT_SALIENT) > 0.9
+
+
+def test_the_foot_of_an_unknown_thing_does_not_become_table() -> None:
+    temporal = teacher()
+    cut, where = view(CUBE, aside=1.2)
+    voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera)
+    foot = where & (np.arange(len(where))[:, None] > np.flatnonzero(where.any(axis=1))[-1] - 15)
+    for _ in range(5):
+        temporal.votes.add(voxels, np.where(foot, Label.NOT_SALIENT, Label.UNKNOWN))
+    assert np.mean(temporal.segment(cut).labels[where] == Label.NOT_SALIENT) < 0.05
+
+
+def test_a_rejected_cluster_does_not_make_what_others_do_not_know_not_salient() -> None:
+    temporal = teacher()
+    cut, where = view(CUBE, aside=1.2)
+    voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera)
+    for _ in range(5):
+        temporal.votes.add(voxels, np.where(where, REJECTED, Label.UNKNOWN))
+    labels = temporal.segment(cut).labels
+    assert np.mean(labels[where] == Label.UNKNOWN) > 0.9
+    assert (temporal.votes.balance(voxels[where])[:, 0] < 0).all()
+
+
+def test_once_all_is_seen_labels_are_told_and_nobody_votes() -> None:
+    temporal = teacher()
+    cut, where = view(CUBE, aside=1.2)
+    temporal.remember([cut, view(CUBE, aside=0.4)[0], view(CUBE, aside=0.7)[0]])
+    voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera).ravel()
+    before = temporal.votes.balance(voxels)
+    temporal.is_remembering = False
+    assert salient_share(temporal.segment(cut).labels, where) > 0.8
+    assert np.array_equal(temporal.votes.balance(voxels), before)
+
+
 def test_frame_without_pose_is_as_the_teacher_sees_it_and_leaves_no_trace() -> None:
     temporal = teacher()
     frame, _ = see(ROOM)
@@ -97,7 +142,12 @@ def test_every_view_has_one_vote_a_voxel_for_what_most_of_its_pixels_say() -> No
     voxels = np.array([7, 7, 7, 8, 9, FREE])
     said = [Label.SALIENT, Label.SALIENT, Label.NOT_SALIENT, Label.NOT_SALIENT, Label.UNKNOWN, 255]
     votes.add(voxels, np.array(said, np.uint8))
-    assert votes.balance(np.array([7, 8, 9, FREE])).tolist() == [[1, 1], [-1, 0], [0, 0], [0, 0]]
+    assert votes.balance(np.array([7, 8, 9, FREE])).tolist() == [
+        [1, 1, 1],
+        [-1, 0, 0],
+        [0, 0, 0],
+        [0, 0, 0],
+    ]
 
 
 @settings(max_examples=30, deadline=None)

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Label, Pose
+from curiosight.learner.description import Description, Labels, fit_labels, sight_of
 from curiosight.learner.experts import Change
 from curiosight.learner.features import Rows
-from curiosight.learner.learner import Description, Labels, SaliencyLearner, fit_labels, sight_of
+from curiosight.learner.learner import SaliencyLearner
 
 Votes = npt.NDArray[np.float32]
 
@@ -43,7 +44,7 @@ class HeldOut:
             self.n_given += 1
             description = learner.describe(frame.rgb)
             counted = fit_labels(labels, description)
-            if learner.rows_per == "pixel":
+            if learner.describer.rows_per == "pixel":
                 coarse = np.full_like(counted, Label.UNKNOWN)
                 coarse[::GRID, ::GRID] = counted[::GRID, ::GRID]
                 counted = coarse

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import find_objects
 
-from curiosight.learner.learner import Saliency
+from curiosight.learner.description import Saliency
 
 Array = npt.NDArray[Any]
 Mask = npt.NDArray[np.bool_]

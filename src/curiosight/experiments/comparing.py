@@ -18,7 +18,7 @@ from curiosight.evaluation.baselines.depth_noise import depth_noise
 from curiosight.evaluation.baselines.network import U2NETP_PACKAGE, SaliencyNetwork, find_u2netp
 from curiosight.experiments.timing import StageTimes
 from curiosight.frame import Depth, Frame, Rgb
-from curiosight.learner.learner import Labels
+from curiosight.learner.description import Labels
 
 Methods = Mapping[str, Callable[[Rgb], Saliency] | None]
 DEPTH, NETWORK, ALL = "depth", "u2netp", "all"

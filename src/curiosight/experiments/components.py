@@ -215,12 +215,12 @@ def load_learner(
     return learner, with_model(
         config,
         LearnerConfig(
-            features=learner.features,
-            rows_per=learner.rows_per,
-            colour_space=learner.colour_space,
-            contrast=learner.contrast,
-            superpixels=learner.superpixels,
-            n_superpixels=learner.n_superpixels,
+            features=learner.describer.features,
+            rows_per=learner.describer.rows_per,
+            colour_space=learner.describer.colour_space,
+            contrast=learner.describer.contrast,
+            superpixels=learner.describer.superpixels,
+            n_superpixels=learner.describer.n_superpixels,
             n_pixels=learner.n_pixels,
             blind_share=learner.blind_share,
             salient_share=learner.salient_share,

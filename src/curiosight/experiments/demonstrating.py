@@ -12,7 +12,7 @@ from curiosight.evaluation import MapScores
 from curiosight.evaluation.baselines import fine_grained
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.learner.learner import Saliency
+from curiosight.learner.description import Saliency
 from curiosight.rooms import Look, RoomSettings, RoomViews, draw_room
 
 DEMO = "demo.json"

@@ -10,7 +10,8 @@ import numpy.typing as npt
 from curiosight.evaluation import MapScores, Reliability
 from curiosight.evaluation.baselines.depth_noise import depth_noise
 from curiosight.frame import Frame
-from curiosight.learner.learner import Labels, SaliencyLearner, Teaches
+from curiosight.learner.description import Labels
+from curiosight.learner.learner import SaliencyLearner, Teaches
 from curiosight.learner.maps import Maps
 
 LEARNED, FUSED, DEPTH = "learned", "fused", "depth"

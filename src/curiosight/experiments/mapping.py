@@ -15,7 +15,8 @@ from curiosight.experiments.components import heard, make_teacher, place
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
-from curiosight.learner.learner import Saliency, SaliencyLearner, Teaches
+from curiosight.learner.description import Saliency
+from curiosight.learner.learner import SaliencyLearner, Teaches
 
 # By the folder that they are written to: "" is that of the saliency maps.
 MapsOf = Callable[[Frame], Mapping[str, npt.NDArray[Any]]]

@@ -23,7 +23,8 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.frame import Frame
-from curiosight.learner.learner import Description, Labels, Teaches, fit_labels
+from curiosight.learner.description import Description, Labels, fit_labels
+from curiosight.learner.learner import Teaches
 
 STAGES = ("segment", "segment_memory", "describe", "predict", "learn", "map", "step")
 # Of a model that has learned, and of the model's features alone.

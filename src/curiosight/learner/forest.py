@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.learner.forest_buffer import DistinctRows, Samples
-from curiosight.learner.forest_draws import ALL_KEYS, Keys, find_unseen, take_points, take_rows
+from curiosight.learner.forest_draws import ALL_KEYS, Keys, find_unseen, take_points
 from curiosight.learner.forest_growth import grow_tree
 from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows, add_votes
 from curiosight.learner.forest_trees import Arrays, Tree, pack_draws, pack_trees, unpack_trees
@@ -119,7 +119,7 @@ class Forest:
 
     @property
     def n_samples(self) -> int:
-        return len(self._known.samples.columns)
+        return len(self._known.samples.places)
 
     @property
     def rows(self) -> Rows:
@@ -362,7 +362,7 @@ class Forest:
         is_limited: by `max_rows`. Each tree has its own seed, drawn before any thread starts.
         """
         rows = None if self.max_rows is None else samples.distinct_rows()
-        bound = ALL_KEYS if rows is None else self._bound(len(rows.columns), is_limited)
+        bound = ALL_KEYS if rows is None else self._bound(len(rows.places), is_limited)
         if not trees:
             indices = np.arange(self.n_trees if samples.has_both() else 0)
         elif indices is None:
@@ -390,7 +390,7 @@ class Forest:
         """Return the trees that an update grows anew, see `max_rows`."""
         if rows is None or self.max_rows is None:
             return self._rng.choice(self.n_trees, self.n_regrown, replace=False)
-        n_drawn = bound / ALL_KEYS * len(rows.columns)
+        n_drawn = bound / ALL_KEYS * len(rows.places)
         n_affordable = int(self.n_regrown * self.max_rows / max(1.0, n_drawn))
         n_regrown = min(self.n_trees, max(self.n_regrown, n_affordable))
         return np.argsort([tree.birth for tree in trees], kind="stable")[:n_regrown]
@@ -404,9 +404,9 @@ class Forest:
             drawn = samples.draw_samples(self.share, state)
         else:
             drawn, bound = samples.draw_rows(rows, seed, bound)
-        n_drawn = len(samples.columns) * (self.share if rows is None else bound / ALL_KEYS)
+        n_drawn = len(samples.places) * (self.share if rows is None else bound / ALL_KEYS)
         nodes, values, depth = grow_tree(
-            take_points(samples.table, drawn.columns, shift),
+            take_points(samples.table, drawn.places, shift),
             drawn.counts,
             self.max_depth,
             max(self.min_split, int(self.leaf_share * n_drawn)),
@@ -430,9 +430,9 @@ def _rows_of(
 ) -> tuple[Rows, Keys, tuple[Tree, ...], npt.NDArray[np.int64]]:
     """Return (R, F) rows of the buffer with their keys, the trees, and each sample's (n,) row."""
     trees, samples = known
-    columns = samples.columns if chosen is None else samples.columns[chosen]
-    columns, of_sample = np.unique(columns, return_inverse=True)
-    return take_rows(samples.table, columns), samples.keys[columns], trees, of_sample
+    places = samples.places if chosen is None else samples.places[chosen]
+    places, of_sample = np.unique(places, return_inverse=True)
+    return samples.table[places], samples.keys[places], trees, of_sample
 
 
 def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:

@@ -17,43 +17,42 @@ from curiosight.learner.forest_draws import (
     find_free,
     find_runs,
     put_rows,
-    take_rows,
 )
-from curiosight.learner.forest_kernels import Indices, Packed, Points, RandomState, Rows
+from curiosight.learner.forest_kernels import Indices, Packed, RandomState, Rows
 
-# A table that is too small becomes so many times as wide.
+# A table that is too small becomes so many times as long.
 GROWTH = 1.5
 
 
 class DistinctRows(NamedTuple):
-    """The rows of samples: (R,) columns of the table, and packed class counts of each."""
+    """The rows of samples: (R,) places in the table, and packed class counts of each."""
 
-    columns: Indices
+    places: Indices
     counts: Packed
 
 
 class Samples(NamedTuple):
     """Labelled samples, oldest first, and the table of their rows.
 
-    table: (F, C) uint8, a row of features in each column; some columns no sample has.
-    keys: (C,) uint64, a hash of each column.
-    columns: (n,) int32, each sample's; equal samples that follow each other share one.
+    table: (C, F) uint8, rows of features in no order; some no sample has.
+    keys: (C,) uint64, a hash of each row.
+    places: (n,) int32, in the table, each sample's; equal samples that follow each other share one.
     is_salient, groups: (n,) bool and int32, each sample's.
 
-    The last three never change. `with_more` writes to columns that no sample here has, so these
+    The last three never change. `with_more` writes to places that no sample here has, so these
     samples stay what they are until it is called for those that it returned.
     """
 
-    table: Points
+    table: Rows
     keys: Keys
-    columns: Indices
+    places: Indices
     is_salient: Labels
     groups: Indices
 
     @classmethod
     def none(cls, n_features: int) -> Self:
         """Return an empty buffer."""
-        table, keys = np.empty((n_features, 0), np.uint8), np.empty(0, np.uint64)
+        table, keys = np.empty((0, n_features), np.uint8), np.empty(0, np.uint64)
         nothing = np.empty(0, np.int32)
         return cls(table, keys, nothing, np.empty(0, np.bool_), nothing)
 
@@ -64,22 +63,20 @@ class Samples(NamedTuple):
 
     def rows(self) -> Rows:
         """Return the (n, F) rows of the samples."""
-        return take_rows(self.table, self.columns)
+        return self.table.take(self.places, axis=0)
 
     def has_both(self) -> bool:
         """Tell whether both classes are among the samples."""
         return bool(self.is_salient.any() and not self.is_salient.all())
 
     def distinct_rows(self) -> DistinctRows:
-        """Return the rows of the samples, one for those that share a column, in their order."""
-        return DistinctRows(*count_rows(self.columns, self.is_salient))
+        """Return the rows of the samples, one for those that share a place, in their order."""
+        return DistinctRows(*count_rows(self.places, self.is_salient))
 
     def draw_samples(self, share: float, state: RandomState) -> DistinctRows:
         """Draw a share of the samples, one at least, and return the rows they have."""
-        n_drawn = max(1, round(share * len(self.columns)))
-        return DistinctRows(
-            *draw_samples(self.table, self.columns, self.is_salient, n_drawn, state)
-        )
+        n_drawn = max(1, round(share * len(self.places)))
+        return DistinctRows(*draw_samples(self.table, self.places, self.is_salient, n_drawn, state))
 
     def draw_rows(self, rows: DistinctRows, seed: int, bound: int) -> tuple[DistinctRows, int]:
         """Draw some rows with all their samples, see `is_drawn`; all rows if that draws none.
@@ -88,7 +85,7 @@ class Samples(NamedTuple):
         """
         drawn = draw_rows(*rows, self.keys, np.uint64(seed), np.uint64(bound))
         if len(drawn[0]) == 0:
-            return DistinctRows(rows.columns, rows.counts.copy()), ALL_KEYS
+            return DistinctRows(rows.places, rows.counts.copy()), ALL_KEYS
         return DistinctRows(*drawn), bound
 
     def with_more(
@@ -101,10 +98,10 @@ class Samples(NamedTuple):
     ) -> Self:
         """Return these samples and more, without the random ones that are too many, new or old.
 
-        rows: (n, F); equal ones come side by side, so that they share a column.
+        rows: (n, F); equal ones come side by side, so that they share a place.
         """
         order = np.argsort(rows.view((np.void, rows.shape[1])).ravel(), kind="stable")
-        n_old = len(self.columns)
+        n_old = len(self.places)
         n_samples = n_old + len(rows)
         n_evicted = max(0, n_samples - max_samples)
         if n_evicted == 0:
@@ -117,7 +114,7 @@ class Samples(NamedTuple):
     def without_oldest(self, n_oldest: int) -> Self:
         """Return all but the oldest samples."""
         return self._replace(
-            columns=self.columns[n_oldest:],
+            places=self.places[n_oldest:],
             is_salient=self.is_salient[n_oldest:],
             groups=self.groups[n_oldest:],
         )
@@ -139,15 +136,16 @@ class Samples(NamedTuple):
         together = [np.concatenate(pair) for pair in zip(old, more, strict=True)]
         return type(self)(table, keys, *together)
 
-    def _room(self, n_wanted: int) -> tuple[Points, Keys, Indices]:
-        """Return the table and its keys, wider where they must be, and so many free columns."""
-        n_columns = len(self.keys)
-        free = find_free(self.columns, n_columns, n_wanted)
+    def _room(self, n_wanted: int) -> tuple[Rows, Keys, Indices]:
+        """Return the table and its keys, longer where they must be, and so many free places."""
+        n_places = len(self.keys)
+        free = find_free(self.places, n_places, n_wanted)
         n_missing = n_wanted - len(free)
         if n_missing == 0:
             return self.table, self.keys, free
-        n_wider = max(n_columns + n_missing, int(GROWTH * n_columns))
-        table, keys = np.zeros((len(self.table), n_wider), np.uint8), np.zeros(n_wider, np.uint64)
-        table[:, :n_columns], keys[:n_columns] = self.table, self.keys
-        new = np.arange(n_columns, n_columns + n_missing, dtype=np.int32)
+        n_longer = max(n_places + n_missing, int(GROWTH * n_places))
+        table = np.zeros((n_longer, self.table.shape[1]), np.uint8)
+        keys = np.zeros(n_longer, np.uint64)
+        table[:n_places], keys[:n_places] = self.table, self.keys
+        new = np.arange(n_places, n_places + n_missing, dtype=np.int32)
         return table, keys, np.concatenate([free, new])

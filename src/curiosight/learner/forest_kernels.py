@@ -29,6 +29,8 @@ Packed = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.int32]
 Values = npt.NDArray[np.float32]
 RandomState = npt.NDArray[np.uint64]
+# Indices without a sign: none counts from the end, which saves looking.
+Four = tuple[np.uint64, np.uint64, np.uint64, np.uint64]
 Room = tuple[Packed, npt.NDArray[np.float64]]
 
 N_BINS = 256
@@ -78,9 +80,10 @@ def find_cut(
     weight_not, weight_salient = np.float64(weights[0]), np.float64(weights[1])
     weight = n_not * weight_not + n_salient * weight_salient
     lefts, scores = room
-    left, n_cuts = 0, last - first
+    inner, left = bins[first:last], 0
+    n_cuts = inner.size
     for cut in range(n_cuts):
-        left += bins[first + cut]
+        left += inner[cut]
         lefts[cut] = left
     # A loop of its own, without branches: the compiler does several divisions at once.
     for cut in range(n_cuts):
@@ -185,6 +188,30 @@ def find_split_in_histograms(
 
 
 @kernel
+def find_ends(bins: Packed) -> tuple[int, int]:
+    """Return the first and the last bin that is not 0; there is one."""
+    first, last = 0, bins.size - 1
+    while first + N_LANES <= bins.size and is_empty(bins, first):
+        first += N_LANES
+    while bins[first] == 0:
+        first += 1
+    while last + 1 >= N_LANES and is_empty(bins, last + 1 - N_LANES):
+        last -= N_LANES
+    while bins[last] == 0:
+        last -= 1
+    return first, last
+
+
+@kernel
+def is_empty(bins: Packed, first: int) -> bool:
+    """Tell whether `N_LANES` bins from the first on are all 0, in one comparison."""
+    together = 0
+    for place in range(N_LANES):
+        together |= bins[np.uint64(first) + np.uint64(place)]
+    return together == 0
+
+
+@kernel
 def find_split_of(
     points: Points,
     order: Indices,
@@ -202,14 +229,9 @@ def find_split_of(
     count_bins(bins, points, order, counts, features)
     best_score, best_feature, best_threshold = -1.0, 0, 0
     for turn in range(features.size):
-        first, last = 0, bins.shape[1] - 1
-        while bins[turn, first] == 0:
-            first += 1
-        while bins[turn, last] == 0:
-            last -= 1
+        first, last = find_ends(bins[turn])
         score, threshold = find_cut(bins[turn], first, last, total, weights, room)
-        for value in range(first, last + 1):
-            bins[turn, value] = 0
+        bins[turn, first : last + 1] = 0
         if score > best_score:
             best_score, best_feature, best_threshold = score, features[turn], threshold
     return best_score, best_feature, best_threshold
@@ -259,19 +281,21 @@ def partition(
     column: the points' values of the split's feature; `scratch` and `moved`: room for as many.
     Return how many go left and their packed class counts.
     """
-    n_left, n_right, total_left = 0, 0, 0
+    # Without a sign no index counts from the end: sooner.
+    n_left, n_right, total_left = np.uint32(0), np.uint32(0), 0
     for place in range(order.size):
         point, count = order[place], counts[place]
-        goes_left = int(column[point] <= threshold)
+        goes_left = np.uint32(column[np.uint32(point)] <= threshold)
         # Write to both sides and keep one: the branch would be wrong half of the time.
         order[n_left], counts[n_left] = point, count
         scratch[n_right], moved[n_right] = point, count
         n_left += goes_left
-        n_right += 1 - goes_left
-        total_left += count * goes_left
-    for place in range(n_right):
-        order[n_left + place], counts[n_left + place] = scratch[place], moved[place]
-    return n_left, total_left
+        n_right += np.uint32(1) - goes_left
+        total_left += count * np.int64(goes_left)
+    for place in range(int(n_right)):
+        target = n_left + np.uint32(place)
+        order[target], counts[target] = scratch[place], moved[place]
+    return int(n_left), total_left
 
 
 @kernel
@@ -281,24 +305,64 @@ def has_both(total: int) -> bool:
 
 
 @kernel
+def step(nodes: Packed, values: Points, row: np.uint64, place: np.uint64) -> np.uint64:
+    """Return the node after that at `place`, for the row whose values begin at `row`."""
+    node = np.uint64(nodes[place])
+    value = values[row + ((node >> np.uint64(8)) & np.uint64(FEATURE_BITS))]
+    return (node >> np.uint64(24)) + np.uint64(value > (node & np.uint64(255)))
+
+
+@kernel
+def step_four(nodes: Packed, values: Points, rows: Four, places: Four) -> Four:
+    """Return what `step` does of four rows: their memory accesses overlap."""
+    return (
+        step(nodes, values, rows[0], places[0]),
+        step(nodes, values, rows[1], places[1]),
+        step(nodes, values, rows[2], places[2]),
+        step(nodes, values, rows[3], places[3]),
+    )
+
+
+@kernel
+def have_moved(before: Four, after: Four) -> bool:
+    """Tell whether any of four places is another."""
+    moved = (before[0] ^ after[0]) | (before[1] ^ after[1])
+    return bool(moved | (before[2] ^ after[2]) | (before[3] ^ after[3]))
+
+
+@kernel
 def add_votes(
     nodes: Packed, values: Values, depth: int, rows: Rows, is_hard: bool, votes: Values
 ) -> None:
     """Add the tree's vote for each of `rows` (n, F) to `votes` (n,)."""
-    places = np.zeros(N_LANES, np.int64)
+    root, n_features = np.uint64(0), np.uint64(rows.shape[1])
+    of_rows = rows.reshape(-1)
     for start in range(0, rows.shape[0], N_LANES):
-        block = rows[start : start + N_LANES]
-        places[:] = 0
-        for _ in range(depth):
-            n_moved = 0
-            for lane in range(block.shape[0]):
-                node = nodes[places[lane]]
-                value = block[lane, (node >> 8) & FEATURE_BITS]
-                place = (node >> 24) + (value > (node & 255))
-                n_moved += int(place != places[lane])
-                places[lane] = place
-            if n_moved == 0:
+        # Eight rows side by side; of fewer the last one several times.
+        first = np.uint64(start)
+        last = np.uint64(rows.shape[0] - 1)
+        upper = (
+            first * n_features,
+            min(first + np.uint64(1), last) * n_features,
+            min(first + np.uint64(2), last) * n_features,
+            min(first + np.uint64(3), last) * n_features,
+        )
+        lower = (
+            min(first + np.uint64(4), last) * n_features,
+            min(first + np.uint64(5), last) * n_features,
+            min(first + np.uint64(6), last) * n_features,
+            min(first + np.uint64(7), last) * n_features,
+        )
+        one, other = (root, root, root, root), (root, root, root, root)
+        for _ in range(0, depth, 2):
+            # Two steps between looking whether all have arrived.
+            one_before = step_four(nodes, of_rows, upper, one)
+            other_before = step_four(nodes, of_rows, lower, other)
+            one = step_four(nodes, of_rows, upper, one_before)
+            other = step_four(nodes, of_rows, lower, other_before)
+            if not (have_moved(one_before, one) or have_moved(other_before, other)):
                 break
-        for lane in range(block.shape[0]):
+        places = one + other
+        for lane in range(min(N_LANES, rows.shape[0] - start)):
             value = values[places[lane]]
             votes[start + lane] += np.float32(value > 0.5) if is_hard else value

@@ -2,46 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, Self
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.errors import DataError
-from curiosight.frame import Camera, Depth, Frame, Label, Pose, Rgb
-from curiosight.learner.archive import find_model, read_archive, write_archive
+from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 from curiosight.learner.calibration import Calibration
-from curiosight.learner.edges import follow_edges
+from curiosight.learner.description import (
+    Description,
+    Labels,
+    Saliency,
+    enlarge,
+    fit_labels,
+    sight_of,
+)
+from curiosight.learner.edges import EdgeFilter
 from curiosight.learner.experts import Change, Experts, Lesson
 from curiosight.learner.features import (
     ColourSpace,
     Describer,
     Features,
     FeatureSet,
-    RowOfPixel,
     Rows,
     RowsPer,
     SuperpixelKind,
-    missing_sets,
     shrink,
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.fusing import PRIOR, fuse, is_seen
-from curiosight.learner.looks import Look, look_of
+from curiosight.learner.looks import look_of
 from curiosight.learner.maps import Cameras, Maps
+from curiosight.learner.model_file import read_model, write_model
 from curiosight.learner.novelty import SeenRows
 from curiosight.learner.places import Places
-from curiosight.learner.sight import Sight
+from curiosight.learner.sampling import draw_pixels
+from curiosight.learner.sight import Sight, up_in_world
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
 
-Saliency = npt.NDArray[np.float32]
-Labels = npt.NDArray[np.uint8]
-KIND = "saliency model"
+Votes = npt.NDArray[np.float32]
 # Of the views of the off-line model, to calibrate it: it learns all but one in turn.
 N_PARTS = 4
 
@@ -52,30 +55,6 @@ class Teaches(Protocol):
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel; none as known where the frame has a `problem`."""
         ...
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Description:
-    """An image as rows of features.
-
-    rows: (n, F) uint8, a column a feature.
-    row_of_pixel: (h, w) int32, the row of each pixel of the shrunken image.
-    look: of the image as a whole, see `look_of`; None where places are not told apart.
-    """
-
-    rows: Rows
-    row_of_pixel: RowOfPixel
-    look: Look | None = None
-
-    def count(self, labels: Labels) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Return how many salient and how many not salient pixels each row stands for.
-
-        labels: (h, w), see `fit_labels`.
-        """
-        n_rows = len(self.rows)
-        salient = np.bincount(self.row_of_pixel[labels == Label.SALIENT], minlength=n_rows)
-        other = np.bincount(self.row_of_pixel[labels == Label.NOT_SALIENT], minlength=n_rows)
-        return salient, other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +69,7 @@ class Observation:
     frame: Frame
     segmentation: Segmentation
     description: Description
-    scores: npt.NDArray[np.float32]
+    scores: Votes
     error: float | None
     change: Change
 
@@ -181,14 +160,8 @@ class SaliencyLearner:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")
         self.teacher = teacher
         self.rng = np.random.default_rng(seed)
-        self.features = self.describer.features
         self.experts = Experts(forest or Forest(n_features=n_features, seed=self.rng), places)
         self.calibration = Calibration() if is_calibrated else None
-        self.rows_per = rows_per
-        self.colour_space = colour_space
-        self.contrast = contrast
-        self.superpixels = superpixels
-        self.n_superpixels = n_superpixels
         self.n_pixels = n_pixels
         self.blind_share = blind_share
         self.salient_share = salient_share
@@ -222,10 +195,11 @@ class SaliencyLearner:
         labels = fit_labels(segmentation.labels, description)
         votes = self.vote(description, frame.T_world_camera)
         scores = self.scale(votes)
-        error = f1_error_of_rows(*description.count(labels), scores, self.threshold)
+        counts = description.count(labels)
+        error = f1_error_of_rows(*counts, scores, self.threshold)
         sight = self.sight(frame, description, segmentation)
         if self.calibration is not None and self.is_trained and self.experts.knows(sight):
-            self.calibration.add(votes, *description.count(labels))
+            self.calibration.add(votes, *counts)
         spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
@@ -247,8 +221,10 @@ class SaliencyLearner:
         """
         if depth is not None:
             return self.maps(rgb, T_world_camera, depth, camera).saliency
-        description = self.describe(rgb)
-        return self._map(self.predict(description, T_world_camera), rgb, description)
+        small = shrink(_checked(rgb))
+        description = self.describe(small)
+        scores = self.predict(description, T_world_camera)[description.row_of_pixel]
+        return enlarge(self._smoothing(small)(scores), rgb)
 
     def maps(
         self,
@@ -265,16 +241,17 @@ class SaliencyLearner:
         as long again as the map.
         """
         said = self._said(rgb, T_world_camera, depth, camera)
-        description = self.describe(rgb)
+        small = shrink(_checked(rgb))
+        description, smooth = self.describe(small), self._smoothing(small)
         votes = self.vote(description, T_world_camera)
+        row_of_pixel = description.row_of_pixel
         uncertainty = None
         if with_uncertainty:
-            unsure = self.unsure(description, T_world_camera)
-            uncertainty = enlarge(unsure[description.row_of_pixel], rgb)
+            uncertainty = enlarge(self.unsure(description, T_world_camera)[row_of_pixel], rgb)
         remembered = Maps(
-            self._map(self.scale(votes), rgb, description),
+            enlarge(smooth(self.scale(votes)[row_of_pixel]), rgb),
             # Of votes that neighbours share: what follows edges is surer than one row is.
-            enlarge(self.probability(self._small_map(votes, rgb, description)), rgb),
+            enlarge(self.probability(smooth(votes[row_of_pixel])), rgb),
             np.zeros(rgb.shape[:2], np.bool_),
             uncertainty,
         )
@@ -304,22 +281,13 @@ class SaliencyLearner:
             raise ValueError("depth: expected a learner with a teacher, which this one has not")
         return self.segment(self.cameras.frame(rgb, depth, T_world_camera, camera))
 
-    def _map(self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description) -> Saliency:
-        """Return (H, W): the scores of rows as a map."""
-        return enlarge(self._small_map(scores, rgb, description), rgb)
-
-    def _small_map(
-        self, scores: npt.NDArray[np.float32], rgb: Rgb, description: Description
-    ) -> Saliency:
-        """Return (h, w), as the image is described."""
-        small: Saliency = scores[description.row_of_pixel]
-        return follow_edges(small, shrink(rgb), self.edge_stride) if self.follow_edges else small
+    def _smoothing(self, small: Rgb) -> Callable[[Saliency], Saliency]:
+        """Return what lets (h, w) maps follow the edges of their image; or leaves them."""
+        return EdgeFilter(small, self.edge_stride) if self.follow_edges else _unchanged
 
     def describe(self, rgb: Rgb) -> Description:
         """Return the features of an (H, W, 3) RGB image (sec. II-A.1)."""
-        if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
-            raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
-        small = shrink(rgb)
+        small = shrink(_checked(rgb))  # itself where it is so already
         look = look_of(small) if self.experts.places else None
         return Description(*self.describer(small), look)
 
@@ -335,29 +303,23 @@ class SaliencyLearner:
             raise ValueError(f"labels: expected {size} uint8, got {labels.shape} {labels.dtype}")
         return segmentation
 
-    def predict(
-        self, description: Description, T_world_camera: Pose | None = None
-    ) -> npt.NDArray[np.float32]:
+    def predict(self, description: Description, T_world_camera: Pose | None = None) -> Votes:
         """Return the (n,) saliency of each row; 0 while nothing has been learned."""
         return self.scale(self.vote(description, T_world_camera))
 
-    def vote(
-        self, description: Description, T_world_camera: Pose | None = None
-    ) -> npt.NDArray[np.float32]:
+    def vote(self, description: Description, T_world_camera: Pose | None = None) -> Votes:
         """Return the (n,) mean votes of the trees that know a view's place."""
         return self.experts.vote(description.rows, sight_of(description, T_world_camera))
 
-    def scale(self, votes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    def scale(self, votes: Votes) -> Votes:
         """Return the saliency that votes mean."""
         return votes if self.calibration is None else self.calibration.scaled(votes)
 
-    def probability(self, votes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    def probability(self, votes: Votes) -> Votes:
         """Return how probable it is that what got such votes is salient."""
         return votes if self.calibration is None else self.calibration.probability(votes)
 
-    def unsure(
-        self, description: Description, T_world_camera: Pose | None = None
-    ) -> npt.NDArray[np.float32]:
+    def unsure(self, description: Description, T_world_camera: Pose | None = None) -> Votes:
         """Return (n,) in [0, 1] how unsure the saliency of each row is; 1 while untrained.
 
         Trees and experts contradict each other, by which it is 0.5 at most, or the row is unlike
@@ -424,32 +386,14 @@ class SaliencyLearner:
 
         n_pixels: how many; None = as many as a frame teaches on-line.
         """
-        flat = labels.ravel()
-        known = np.flatnonzero((flat == Label.SALIENT) | (flat == Label.NOT_SALIENT))
-        n_drawn = min(n_pixels or self.n_pixels, len(known))
-        drawn = self._draw_fairly(flat, known, n_drawn)
-        if self.blind_share:
-            blind = np.flatnonzero(flat == Label.UNAVAILABLE)
-            n_blind = min(round(self.blind_share * n_drawn), len(blind))
-            drawn = np.concatenate([drawn[n_blind:], self._draw(blind, n_blind)])
-        rows = description.rows[description.row_of_pixel.ravel()[drawn]]
-        return rows, flat[drawn] == Label.SALIENT
-
-    def _draw_fairly(
-        self, flat: Labels, known: npt.NDArray[np.int64], n: int
-    ) -> npt.NDArray[np.int64]:
-        """Draw labelled pixels, in random order: `salient_share` of them salient if there are."""
-        salient = known[flat[known] == Label.SALIENT]
-        n_salient = min(round(self.salient_share * n), len(salient))
-        if n_salient * len(known) <= n * len(salient):  # there are as many by chance
-            return self._draw(known, n)
-        other = known[flat[known] != Label.SALIENT]
-        n_other = min(n - n_salient, len(other))
-        drawn = [self._draw(salient, n_salient), self._draw(other, n_other)]
-        return self.rng.permutation(np.concatenate(drawn))
-
-    def _draw(self, pixels: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
-        return self.rng.choice(pixels, n, replace=False) if n else pixels[:0]
+        pixels, is_salient = draw_pixels(
+            labels,
+            n_pixels or self.n_pixels,
+            self.rng,
+            blind_share=self.blind_share,
+            salient_share=self.salient_share,
+        )
+        return description.rows[description.row_of_pixel.ravel()[pixels]], is_salient
 
     def save(self, path: Path | str, *, is_packed: bool = True) -> None:
         """Write the model with its samples, so that learning can go on.
@@ -459,26 +403,7 @@ class SaliencyLearner:
 
         is_packed: write a small file; without, a larger one, sooner.
         """
-        header: dict[str, Any] = {
-            "features": self.describer.definition(),
-            "n_pixels": self.n_pixels,
-            "blind_share": self.blind_share,
-            "follow_edges": self.follow_edges,
-            "threshold": self.threshold,
-            "forest": self.experts.settings(),
-            "notes": self.notes,
-        }
-        # Without these the header is that of version 0.1.
-        if self.edge_stride > 1:
-            header["edge_stride"] = self.edge_stride
-        if self.salient_share:
-            header["salient_share"] = self.salient_share
-        if self.experts.places is not None:
-            header["places"] = self.experts.places.settings()
-        if cameras := self.cameras.tables():
-            header["cameras"] = cameras
-        arrays = self._state_arrays()
-        write_archive(Path(path), KIND, header, arrays, is_packed=is_packed)
+        write_model(self, Path(path), is_packed=is_packed)
 
     @classmethod
     def load(
@@ -497,80 +422,16 @@ class SaliencyLearner:
         """
         if n_threads < 1:
             raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
-        path = find_model(path)
-        header, arrays = read_archive(path, KIND)
         rng = np.random.default_rng(seed)
-        try:
-            said, own = header["features"], tuple(features)
-            if missing := missing_sets(said, own):
-                found = f"was made with other features: {', '.join(missing)}"
-                raise DataError(path, found, "give them: SaliencyLearner.load(path, features=[…])")
-            describer = Describer.of_definition(said, own)
-            forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
-            places = header.get("places")  # version 0.1 knew none
-            learner = cls(
-                teacher,
-                forest,
-                features=describer.base_sets,
-                rows_per=describer.rows_per,
-                colour_space=describer.colour_space,
-                contrast=describer.contrast,
-                superpixels=describer.superpixels,
-                n_superpixels=describer.n_superpixels,
-                n_pixels=header["n_pixels"],
-                blind_share=header["blind_share"],
-                follow_edges=header["follow_edges"],
-                edge_stride=header.get("edge_stride", 1),
-                salient_share=header.get("salient_share", 0.0),
-                threshold=header["threshold"],
-                places=None if places is None else Places(**places),
-                is_calibrated="calibration" in arrays,
-                seed=rng,
-            )
-            learner._restore(arrays)
-            learner.notes = dict(header["notes"])
-            learner.cameras = Cameras.of_tables(header.get("cameras", ()))
-        except (KeyError, TypeError, ValueError) as error:
-            raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
-        if said != learner.describer.definition():
-            raise DataError(path, "was made with other features", "learn it anew")
-        return learner
-
-    def _state_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        arrays = self.experts.state_arrays()
-        return arrays if self.calibration is None else arrays | self.calibration.state_arrays()
-
-    def _restore(self, arrays: dict[str, npt.NDArray[np.generic]]) -> None:
-        """Take over what `_state_arrays` returned; ValueError where it does not fit."""
-        self.experts.restore(arrays)
-        if self.calibration is not None:
-            self.calibration.restore(arrays)
+        return read_model(cls, path, teacher, tuple(features), rng, n_threads)
 
 
-def sight_of(description: Description, T_world_camera: Pose | None) -> Sight | None:
-    """Return what tells the place of a view without looking at its depth."""
-    return None if description.look is None else Sight(description.look, T_world_camera)
+def _checked(rgb: Rgb) -> Rgb:
+    """Return an image if it is one."""
+    if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
+        raise ValueError(f"rgb: expected (H, W, 3) uint8, got {rgb.shape} {rgb.dtype}")
+    return rgb
 
 
-def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float64] | None:
-    """Return (3,) which way is up in the world, where a posed frame shows a support."""
-    if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
-        return None
-    up: npt.NDArray[np.float64] = (
-        frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
-    )
-    return up
-
-
-def enlarge(small: Saliency, rgb: Rgb) -> Saliency:
-    """Bring an (h, w) map to the size of an (H, W, 3) image."""
-    height, width = rgb.shape[:2]
-    enlarged: Saliency = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
-    return enlarged
-
-
-def fit_labels(labels: Labels, description: Description) -> Labels:
-    """Bring (H, W) labels to the size of a description's image; each pixel keeps one label."""
-    height, width = description.row_of_pixel.shape
-    fitted: Labels = cv2.resize(labels, (width, height), interpolation=cv2.INTER_NEAREST)
-    return fitted
+def _unchanged(saliency: Saliency) -> Saliency:
+    return saliency

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
-from curiosight.learner.looks import LOOK_SIZE, Look, likeness
+from curiosight.learner.looks import LOOK_SIZE, Look, Looks
 from curiosight.learner.sight import Cells, Sight, cell_of, ground_axes
 
 Array = npt.NDArray[Any]
@@ -60,9 +60,11 @@ class Places:
         self._cell_of_spot: Numbers = np.empty(0, np.int64)
         self._sees: list[npt.NDArray[np.int64]] = []
         self._n_views: Numbers = np.empty(0, np.int64)
-        self._looks: npt.NDArray[np.uint8] = np.empty((0, LOOK_SIZE), np.uint8)
+        self._looks = Looks()
         self._spot_of_look: Numbers = np.empty(0, np.int64)
         self._n_clustered = 0
+        # The view that was located last, and its weights; until more is known.
+        self._located: tuple[tuple[bytes | None, bytes], Weights] | None = None
 
     @property
     def n_places(self) -> int:
@@ -79,6 +81,7 @@ class Places:
         Which way is up in the world the first view with a pose says, by the top of its image if
         it is not told.
         """
+        self._located = None
         pose, look = sight.T_world_camera, sight.look
         if pose is None:
             spot = self._spot_that_looks_like(look)
@@ -99,6 +102,13 @@ class Places:
         A pose decides unless the look contradicts it strongly: a pose may be told in another
         world. All 0 where nothing is known.
         """
+        asked = (None if T_world_camera is None else T_world_camera.tobytes(), look.tobytes())
+        located = self._located
+        if located is None or located[0] != asked:
+            located = self._located = asked, self._weigh(T_world_camera, look)
+        return located[1].copy()
+
+    def _weigh(self, T_world_camera: Pose | None, look: Look) -> Weights:
         by_look = self._by_look(look)
         known = self._by_pose(T_world_camera)
         if known is None or not by_look.any():
@@ -114,7 +124,7 @@ class Places:
         is_placed = place_of_look != NOWHERE
         if not is_placed.any():
             return np.zeros(self.n_places, np.float32)
-        alike = likeness(look, self._looks)[is_placed]
+        alike = self._looks.likeness(look)[is_placed]
         np.maximum.at(best, place_of_look[is_placed], alike)
         weights = np.exp((best - best.max()) / LOOK_SCALE)
         likely: Weights = (weights / weights.sum()).astype(np.float32)
@@ -161,7 +171,7 @@ class Places:
     def _spot_that_looks_like(self, look: Look) -> int:
         """Return the spot of a view without a pose; a new one only while no view has a pose."""
         if len(self._looks):
-            alike = likeness(look, self._looks)
+            alike = self._looks.likeness(look)
             nearest = int(alike.argmax())
             is_full = len(self._looks) >= MAX_LOOKS
             if self._axes is not None or is_full or alike[nearest] >= SAME_LOOK:
@@ -186,14 +196,15 @@ class Places:
         """Keep a look; one of the spot that has most of them leaves where there are too many."""
         of_spot = np.flatnonzero(self._spot_of_look == spot)
         if len(of_spot) >= MAX_LOOKS_PER_SPOT:
-            self._looks[of_spot[self._n_views[spot] % MAX_LOOKS_PER_SPOT]] = look
+            leaving = of_spot[self._n_views[spot] % MAX_LOOKS_PER_SPOT]
+            self._looks.replace(int(leaving), look)
             return
         if len(self._looks) >= MAX_LOOKS:
             fullest = np.bincount(self._spot_of_look).argmax()
             leaving = np.flatnonzero(self._spot_of_look == fullest)[0]
-            self._looks = np.delete(self._looks, leaving, axis=0)
+            self._looks.remove(int(leaving))
             self._spot_of_look = np.delete(self._spot_of_look, leaving)
-        self._looks = np.vstack([self._looks, look])
+        self._looks.append(look)
         self._spot_of_look = np.append(self._spot_of_look, spot)
 
     def _place(self, spot: int, T_world_camera: Pose | None, look: Look) -> None:
@@ -211,6 +222,7 @@ class Places:
 
     def tell_apart(self) -> None:
         """Divide all spots into places anew."""
+        self._located = None
         if not self._sees:
             return
         posed = np.flatnonzero(self._cell_of_spot != NOWHERE)
@@ -232,8 +244,9 @@ class Places:
 
     def _shared(self, spots: Numbers) -> Array:
         """Return (n, n) how many of the looks most like theirs two spots without poses share."""
-        looks = [self._looks[np.flatnonzero(self._spot_of_look == spot)[0]] for spot in spots]
-        return shared_likes(np.stack([likeness(look, np.stack(looks)) for look in looks]))
+        first = [int(np.flatnonzero(self._spot_of_look == spot)[0]) for spot in spots]
+        looks = Looks(self._looks.array()[first])
+        return shared_likes(np.stack([looks.likeness(looks[i]) for i in range(len(looks))]))
 
     def settings(self) -> dict[str, int]:
         """Return what `__init__` needs for other such places."""
@@ -250,7 +263,7 @@ class Places:
             "places_views": self._n_views,
             "places_seen": np.concatenate([np.empty(0, np.int64), *self._sees]),
             "places_n_seen": np.array([len(cells) for cells in self._sees], np.int64),
-            "places_looks": self._looks,
+            "places_looks": self._looks.array(),
             "places_spot_of_look": self._spot_of_look,
             "places_clustered": np.array(self._n_clustered),
         }
@@ -278,5 +291,6 @@ class Places:
         self.place_of_spot = known["of_spot"]
         self._cell_of_spot, self._n_views = known["cell_of_spot"], known["views"]
         self._sees = np.split(known["seen"], np.cumsum(known["n_seen"])[:-1]) if n_spots else []
-        self._looks, self._spot_of_look = known["looks"], known["spot_of_look"]
+        self._looks, self._spot_of_look = Looks(known["looks"]), known["spot_of_look"]
+        self._located = None
         self._n_clustered = int(known["clustered"])

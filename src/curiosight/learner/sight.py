@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
 from curiosight.learner.looks import Look
+from curiosight.teacher import Segmentation
 
 Array = npt.NDArray[Any]
 Cells = npt.NDArray[np.int32]
@@ -95,3 +96,13 @@ def _rays(frame: Frame) -> Array:
     y = (v * step[0] - camera.cy) / camera.fy * z
     rays: Array = np.stack([x, y, z], axis=1)
     return rays
+
+
+def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float64] | None:
+    """Return (3,) which way is up in the world, where a posed frame shows a support."""
+    if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
+        return None
+    up: npt.NDArray[np.float64] = (
+        frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
+    )
+    return up

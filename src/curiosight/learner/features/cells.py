@@ -13,8 +13,12 @@ from curiosight.learner.features.superpixel_sums import sum_colours
 from curiosight.learner.features.superpixels import Superpixels
 
 Array = npt.NDArray[Any]
+# A line of superpixels, that above and that below.
+Lines = tuple[Array, Array, Array]
 # Means are kept in eighths of a grey level, so that rounding decides nothing.
 PARTS = 8
+# Bits that say on which sides of a pixel there is another cell.
+ACROSS, DOWN = 1, 2
 
 
 class CellSegmenter:
@@ -48,7 +52,7 @@ class CellSegmenter:
         return cells
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _mean_colours(image: Array, superpixels: Array, n_superpixels: int) -> Array:
     """Return the (n, 3) int32 mean colours, in eighths, rounded."""
     sums, counts = sum_colours(image, superpixels, n_superpixels)
@@ -56,7 +60,8 @@ def _mean_colours(image: Array, superpixels: Array, n_superpixels: int) -> Array
     for s in range(n_superpixels):
         for c in range(3):
             if counts[s] > 0:
-                means[s, c] = (PARTS * sums[s, c] + counts[s] // 2) // counts[s]
+                # Of numbers this small the quotient's whole part is exact, and sooner found.
+                means[s, c] = np.int32((PARTS * sums[s, c] + counts[s] // 2) / counts[s])
     return means
 
 
@@ -68,30 +73,79 @@ def move_outlines(image: Array, superpixels: Array, means: Array) -> Array:
     their own, then that to the left, right, above, below.
     """
     height, width = superpixels.shape
-    moved = superpixels.copy()
+    factors, moved = _distance_factors(means), superpixels.copy()
+    outline, sides = np.empty(width, np.uint32), np.empty(width, np.uint8)
     for v in range(height):
-        above, below = max(v - 1, 0), min(v + 1, height - 1)
+        lines = superpixels[v], superpixels[max(v - 1, 0)], superpixels[min(v + 1, height - 1)]
+        _find_sides(lines, sides)
+        n_found = 0
         for u in range(width):
-            own = superpixels[v, u]
-            left, right = superpixels[v, max(u - 1, 0)], superpixels[v, min(u + 1, width - 1)]
-            upper, lower = superpixels[above, u], superpixels[below, u]
-            if left == own and right == own and upper == own and lower == own:
-                continue
-            first, second, third = image[v, u, 0], image[v, u, 1], image[v, u, 2]
-            nearest = _distance(means, own, first, second, third)
-            for other in (left, right, upper, lower):
-                if other != own:
-                    distance = _distance(means, other, first, second, third)
-                    if distance < nearest:
-                        nearest = distance
-                        moved[v, u] = other
+            outline[n_found] = u
+            n_found += int(sides[u] > 0)
+        _move_pixels(image[v], lines, outline[:n_found], sides, factors, moved[v])
     return moved
 
 
+@njit(cache=True, nogil=True)
+def _move_pixels(
+    pixels: Array, lines: Lines, outline: Array, sides: Array, factors: Array, moved: Array
+) -> None:
+    """Write to `moved` (w,) the nearest superpixel of the pixels `outline` of a line.
+
+    Pixels beside their own superpixel are asked, too: a tie changes nothing.
+    """
+    line, upper, lower = lines
+    last = line.size - 1
+    for u in outline:
+        first, second, third = pixels[u, 0], pixels[u, 1], pixels[u, 2]
+        nearest = line[u]
+        least = _distance(factors, nearest, first, second, third)
+        if sides[u] & ACROSS:
+            left, right = line[u - np.uint32(u > 0)], line[u + np.uint32(u < last)]
+            distance = _distance(factors, left, first, second, third)
+            nearest, least = left if distance < least else nearest, min(least, distance)
+            distance = _distance(factors, right, first, second, third)
+            nearest, least = right if distance < least else nearest, min(least, distance)
+        if sides[u] & DOWN:
+            distance = _distance(factors, upper[u], first, second, third)
+            nearest, least = upper[u] if distance < least else nearest, min(least, distance)
+            distance = _distance(factors, lower[u], first, second, third)
+            nearest = lower[u] if distance < least else nearest
+        moved[u] = nearest
+
+
+@njit(cache=True, nogil=True)
+def _find_sides(lines: Lines, sides: Array) -> None:
+    """Write to `sides` (w,) whether a pixel has another superpixel beside it across or down."""
+    line, upper, lower = lines
+    last = line.size - 1
+    for u in range(1, last):
+        is_across = (line[u - 1] != line[u]) | (line[u + 1] != line[u])
+        is_down = (upper[u] != line[u]) | (lower[u] != line[u])
+        sides[u] = ACROSS * np.uint8(is_across) + DOWN * np.uint8(is_down)
+    for u, beside in ((0, min(1, last)), (last, max(last - 1, 0))):
+        is_down = (upper[u] != line[u]) | (lower[u] != line[u])
+        sides[u] = ACROSS * np.uint8(line[beside] != line[u]) + DOWN * np.uint8(is_down)
+
+
+@njit(cache=True, nogil=True)
+def _distance_factors(means: Array) -> Array:
+    """Return (n, 4) int32, by which `_distance` multiplies a colour, and what it adds."""
+    factors = np.empty((len(means), 4), np.int32)
+    for s in range(len(means)):
+        factors[s, 3] = 0
+        for c in range(3):
+            factors[s, c] = -2 * PARTS * means[s, c]
+            factors[s, 3] += means[s, c] * means[s, c]
+    return factors
+
+
 @njit(cache=True, nogil=True, inline="always")
-def _distance(means: Array, superpixel: int, first: int, second: int, third: int) -> int:
-    """Return the squared distance of a pixel's colour to a mean, in 64ths."""
-    a = np.int32(PARTS) * np.int32(first) - means[superpixel, 0]
-    b = np.int32(PARTS) * np.int32(second) - means[superpixel, 1]
-    c = np.int32(PARTS) * np.int32(third) - means[superpixel, 2]
-    return int(a * a + b * b + c * c)
+def _distance(factors: Array, superpixel: int, first: int, second: int, third: int) -> Any:
+    """Return the squared distance of a colour to a mean, in 64ths, less the colour's square: int32.
+
+    That is the same for all means: whole numbers, which are compared as the distances are.
+    """
+    a, b, c = np.int32(first), np.int32(second), np.int32(third)
+    s = np.uint32(superpixel)  # no index from the end: sooner
+    return factors[s, 0] * a + factors[s, 1] * b + factors[s, 2] * c + factors[s, 3]

@@ -12,11 +12,10 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import map_coordinates
 
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
-from curiosight.learner.features.superpixel_sums import sum_superpixels
+from curiosight.learner.features.superpixel_sums import Sums, sums_of
 from curiosight.learner.features.superpixels import Superpixels
 
 Array = npt.NDArray[Any]
@@ -27,17 +26,18 @@ LEVELS = (2, 3, 4, 5)
 N_CONTRAST = 3 * (len(LEVELS) + 1)
 
 
-def describe_contrast(image: Rgb, superpixels: Superpixels) -> Rows:
+def describe_contrast(image: Rgb, superpixels: Superpixels, sums: Sums | None = None) -> Rows:
     """Return how each superpixel differs from its surroundings, and inside: (n, 15) uint8.
 
     First its mean colour minus that of its surroundings, three channels at each of four scales,
     plus 128: rows are 8-bit so that the forest finds splits exactly, and differences are kept
     whole and cut at ±128, which few reach, because most of them are small. Then twice the
     standard deviation of the three channels inside it, which is at most 255.
+
+    sums: of the superpixels, see `sum_superpixels`; None = to be found.
     """
-    n_superpixels = int(superpixels.max()) + 1
     counts, centres, colours, squares = np.split(
-        sum_superpixels(image, superpixels, n_superpixels), [1, 3, 6], axis=1
+        sums_of(image, superpixels, sums), [1, 3, 6], axis=1
     )
     counts = np.maximum(counts, 1)
     means = colours / counts
@@ -51,6 +51,8 @@ def describe_contrast(image: Rgb, superpixels: Superpixels) -> Rows:
 
 def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
     """Return the (n, 3) smoothed colours at (n, 2) pixels (u, v), one array per level."""
+    from scipy.ndimage import map_coordinates  # of this set alone: it takes 30 MB
+
     colours = []
     for level, smooth in zip(LEVELS, smoothed(image), strict=True):
         # pyrDown keeps the pixels 0, 2, 4, …: their middles, not their corners, coincide.

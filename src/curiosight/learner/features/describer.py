@@ -74,6 +74,17 @@ class Describer:
         cut = rgb if self.superpixels == "seeds" else picture.of_space(self.colour_space)
         return describe(picture, self._cut(cut), self.sets, rows_per=self.rows_per)
 
+    def settings(self) -> dict[str, Any]:
+        """Return what `__init__` needs for another such describer."""
+        return {
+            "features": self.base_sets,
+            "rows_per": self.rows_per,
+            "colour_space": self.colour_space,
+            "contrast": self.contrast,
+            "superpixels": self.superpixels,
+            "n_superpixels": self.n_superpixels,
+        }
+
     def definition(self) -> dict[str, Any]:
         """Return what the features mean, JSON-able, for a model's file."""
         said: dict[str, Any] = {

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
+from curiosight.learner.features.superpixel_sums import Sums
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 
 
@@ -25,13 +26,16 @@ class FeatureSet:
         superpixel may have no pixel; its row is never read. See `to_bytes`, `mean_of_pixels`.
     colour_space: of the image that `describe` is given.
     digest: of whatever else the features come from, a network's file for instance.
+    from_sums: `describe` takes a third argument, `sum_superpixels` of the same image: several sets
+        share it.
     """
 
     name: str
     columns: tuple[str, ...]
-    describe: Callable[[Rgb, Superpixels], Rows]
+    describe: Callable[..., Rows]
     colour_space: ColourSpace = "rgb"
     digest: str = ""
+    from_sums: bool = False
 
     def __post_init__(self) -> None:
         if not self.name or not self.columns:
@@ -39,9 +43,15 @@ class FeatureSet:
                 f"features: expected a name and columns, got {self.name!r}, {self.columns}"
             )
 
-    def __call__(self, image: Rgb, superpixels: Superpixels) -> Rows:
-        """Return the rows; raises ValueError where they are not what was declared."""
-        rows = self.describe(image, superpixels)
+    def __call__(self, image: Rgb, superpixels: Superpixels, sums: Sums | None = None) -> Rows:
+        """Return the rows; raises ValueError where they are not what was declared.
+
+        sums: see `sum_superpixels`; None = they are found here where they are needed.
+        """
+        if self.from_sums:
+            rows = self.describe(image, superpixels, sums)
+        else:
+            rows = self.describe(image, superpixels)
         expected = (int(superpixels.max()) + 1, len(self.columns))
         if rows.shape != expected or rows.dtype != np.uint8:
             raise ValueError(

@@ -10,20 +10,29 @@ from curiosight.frame import Rgb
 from curiosight.learner.features.colour import RowOfPixel, Rows, RowsPer, describe_pixels
 from curiosight.learner.features.feature_set import FeatureSet
 from curiosight.learner.features.sets import COLOURS
+from curiosight.learner.features.superpixel_sums import Sums, sums_of
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels, to_colour_space
 
 
 class Picture:
-    """An (h, w, 3) uint8 RGB image, brought to other colour spaces once each."""
+    """An (h, w, 3) uint8 RGB image, brought to other colour spaces, and summed, once each."""
 
     def __init__(self, rgb: Rgb) -> None:
         self._images: dict[str, Rgb] = {"rgb": rgb}
+        self._sums: dict[str, Sums] = {}
 
     def of_space(self, colour_space: ColourSpace) -> Rgb:
         """Return the image in a colour space."""
         if colour_space not in self._images:
             self._images[colour_space] = to_colour_space(self._images["rgb"], colour_space)
         return self._images[colour_space]
+
+    def rows_of(self, one: FeatureSet, superpixels: Superpixels) -> Rows:
+        """Return the rows of a set; the superpixels are the same whenever it is called."""
+        image = self.of_space(one.colour_space)
+        if one.from_sums and one.colour_space not in self._sums:
+            self._sums[one.colour_space] = sums_of(image, superpixels)
+        return one(image, superpixels, self._sums.get(one.colour_space))
 
 
 def describe(
@@ -35,11 +44,11 @@ def describe(
         sets, all pixels of a superpixel have the same features either way.
     """
     if rows_per == "superpixel" or sets[0].name != COLOURS:
-        parts = [one(picture.of_space(one.colour_space), superpixels) for one in sets]
+        parts = [picture.rows_of(one, superpixels) for one in sets]
         return _side_by_side(parts), superpixels
     rows, row_of_pixel = describe_pixels(picture.of_space(sets[0].colour_space), superpixels)
     superpixel_of_row = _superpixel_of_row(row_of_pixel, superpixels)
-    parts = [one(picture.of_space(one.colour_space), superpixels) for one in sets[1:]]
+    parts = [picture.rows_of(one, superpixels) for one in sets[1:]]
     return _side_by_side([rows, *(part[superpixel_of_row] for part in parts)]), row_of_pixel
 
 

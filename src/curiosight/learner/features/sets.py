@@ -54,13 +54,15 @@ def _make(name: str, colour_space: ColourSpace) -> FeatureSet:
         return FeatureSet(name, columns, _describe_colours, colour_space)
     if name == CONTRAST:
         kinds = [*(f"contrast {2**level}" for level in LEVELS), "deviation"]
-        return FeatureSet(name, _columns(kinds, colour_space), describe_contrast, colour_space)
+        return FeatureSet(
+            name, _columns(kinds, colour_space), describe_contrast, colour_space, from_sums=True
+        )
     if name == SURROUNDINGS:
         return surroundings(colour_space)
     if name == TEXTURE:
         return texture(colour_space)
     if name == HEIGHT:
-        return height_in_image()
+        return height_in_image(colour_space)
     if name == ITTI:
         from curiosight.learner.features.itti import itti
 

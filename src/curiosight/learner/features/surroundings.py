@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -16,7 +17,7 @@ from curiosight.frame import Rgb
 from curiosight.learner.features.colour import PLACES, Rows
 from curiosight.learner.features.contrast import LEVELS, smoothed
 from curiosight.learner.features.feature_set import FeatureSet
-from curiosight.learner.features.superpixel_sums import sum_superpixels
+from curiosight.learner.features.superpixel_sums import Sums, sums_of
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
 
 Array = npt.NDArray[Any]
@@ -40,10 +41,11 @@ def surroundings(colour_space: ColourSpace) -> FeatureSet:
     names += [f"{channel} at {u:+d} {v:+d}" for u, v in PLACES[1:].tolist() for channel in channels]
     names += [f"{channel} contrast {2**level}" for level in LEVELS for channel in channels]
     names += [f"{what} at {ring}" for ring in RINGS for what in ("darker", "turns")]
-    return FeatureSet("surroundings", tuple(names), describe_surroundings, colour_space)
+    columns = tuple(names)
+    return FeatureSet("surroundings", columns, describe_surroundings, colour_space, from_sums=True)
 
 
-def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
+def describe_surroundings(image: Rgb, superpixels: Superpixels, sums: Sums | None = None) -> Rows:
     """Return (n, 58) uint8 rows.
 
     Of the superpixel: mean and twice the standard deviation of the three channels. Of boxes of
@@ -54,13 +56,14 @@ def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
     the superpixel, and 31 times how often this changes around the ring.
 
     A box that leaves the image is cut by its border, and a place beyond it lies on it.
+
+    sums: of the superpixels, see `sum_superpixels`; None = to be found.
     """
-    n_superpixels = int(superpixels.max()) + 1
-    sums = sum_superpixels(image, superpixels, n_superpixels)
-    integrals = integrate(image)
+    sums = sums_of(image, superpixels, sums)
+    integrals = cv2.integral(image)
     at_contrasts = 6 + 3 * (len(PLACES) - 1)
     at_patterns = at_contrasts + 3 * len(LEVELS)
-    rows = np.zeros((n_superpixels, at_patterns + 2 * len(RINGS)), np.uint8)
+    rows = np.zeros((len(sums), at_patterns + 2 * len(RINGS)), np.uint8)
     _write_colours(rows, sums, integrals)
     for number, (level, smooth) in enumerate(zip(LEVELS, smoothed(image), strict=True)):
         _write_contrast(rows, at_contrasts + 3 * number, sums, smooth, 2**level)
@@ -68,53 +71,36 @@ def describe_surroundings(image: Rgb, superpixels: Superpixels) -> Rows:
     return rows
 
 
-def height_in_image() -> FeatureSet:
-    """Return the set of one column: how far down the superpixel lies, 0 at the top."""
-    return FeatureSet("height", ("height",), describe_height)
+def height_in_image(colour_space: ColourSpace) -> FeatureSet:
+    """Return the set of one column: how far down the superpixel lies, 0 at the top.
 
-
-def describe_height(image: Rgb, superpixels: Superpixels) -> Rows:
-    """Return (n, 1) uint8: the mean line of a superpixel's pixels, of 255 at the last."""
-    rows: Rows = _mean_lines(superpixels, int(superpixels.max()) + 1)
-    return rows
-
-
-@njit(cache=True, nogil=True)
-def _mean_lines(superpixels: Array, n_superpixels: int) -> Array:
-    height, width = superpixels.shape
-    sums, counts = np.zeros(n_superpixels, np.int64), np.zeros(n_superpixels, np.int64)
-    for v in range(height):
-        for u in range(width):
-            counts[superpixels[v, u]] += 1
-            sums[superpixels[v, u]] += v
-    rows = np.zeros((n_superpixels, 1), np.uint8)
-    for s in range(n_superpixels):
-        if counts[s] > 0:
-            rows[s, 0] = byte(255 * sums[s] / (counts[s] * max(height - 1, 1)))
-    return rows
-
-
-@njit(cache=True, nogil=True)
-def integrate(image: Array) -> Array:
-    """Return (h + 1, w + 1, k) int32 sums of the k channels of all pixels above and to the left.
-
-    They may run over, but differences of them are right for boxes whose own sums do not.
+    colour_space: of the image whose sums it shares; it changes nothing else.
     """
-    height, width, n_channels = image.shape
-    integrals = np.zeros((height + 1, width + 1, n_channels), np.int32)
-    line = np.zeros(n_channels, np.int32)
-    for v in range(height):
-        line[:] = 0
-        for u in range(width):
-            for c in range(n_channels):
-                line[c] += image[v, u, c]
-                integrals[v + 1, u + 1, c] = integrals[v, u + 1, c] + line[c]
-    return integrals
+    return FeatureSet("height", ("height",), describe_height, colour_space, from_sums=True)
+
+
+def describe_height(image: Rgb, superpixels: Superpixels, sums: Sums | None = None) -> Rows:
+    """Return (n, 1) uint8: the mean line of a superpixel's pixels, of 255 at the last.
+
+    sums: of the superpixels, see `sum_superpixels`; None = to be found.
+    """
+    rows: Rows = _mean_lines(sums_of(image, superpixels, sums), len(superpixels))
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def _mean_lines(sums: Array, height: int) -> Array:
+    rows = np.zeros((len(sums), 1), np.uint8)
+    for s in range(len(sums)):
+        if sums[s, 0] > 0:
+            rows[s, 0] = byte(255 * sums[s, 2] / (sums[s, 0] * max(height - 1, 1)))
+    return rows
 
 
 @njit(cache=True, nogil=True)
 def _write_colours(rows: Array, sums: Array, integrals: Array) -> None:
     """Write means, deviations, and the mean colours of twelve places around."""
+    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
     for s in range(len(rows)):
         n = sums[s, 0]
         if n == 0:
@@ -126,10 +112,10 @@ def _write_colours(rows: Array, sums: Array, integrals: Array) -> None:
             row[3 + c] = byte(2 * np.sqrt(n * sums[s, 6 + c] - total * total) / n)
         u, v = centroid(sums, s)
         for k in range(1, len(PLACES)):
-            x, y = _inside(integrals, u + PLACES[k, 0], v + PLACES[k, 1])
-            box = box_at(integrals, x, y, PLACE_REACH)
+            x, y = _inside(height, width, u + PLACES[k, 0], v + PLACES[k, 1])
+            box = box_at(height, width, x, y, PLACE_REACH)
             for c in range(3):
-                row[3 + 3 * k + c] = byte(box_mean(integrals, box, c))
+                row[3 + 3 * k + c] = byte(_box_mean(integrals, box, c))
 
 
 @njit(cache=True, nogil=True)
@@ -168,17 +154,20 @@ def byte(value: float) -> np.uint8:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def box_at(integrals: Array, u: int, v: int, reach: int) -> tuple[int, int, int, int, float]:
+def box_at(height: int, width: int, u: int, v: int, reach: int) -> tuple[int, int, int, int, float]:
     """Return first and last + 1 column and line of a box in the image, and 1 / its pixels."""
-    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
     left, right = max(u - reach, 0), min(u + reach + 1, width)
     upper, lower = max(v - reach, 0), min(v + reach + 1, height)
     return left, right, upper, lower, 1.0 / ((right - left) * (lower - upper))
 
 
 @njit(cache=True, nogil=True, inline="always")
-def box_mean(integrals: Array, box: tuple[int, int, int, int, float], channel: int) -> float:
-    """Return the mean of one channel in a box."""
+def _box_mean(integrals: Array, box: tuple[int, int, int, int, float], channel: int) -> float:
+    """Return the mean of one channel in a box.
+
+    integrals: (h + 1, w + 1, 3) int32 sums of all pixels above and to the left. They may run over,
+    but differences of them are right for boxes whose own sums do not.
+    """
     left, right, upper, lower, share = box
     return share * np.int32(
         integrals[lower, right, channel]
@@ -189,15 +178,15 @@ def box_mean(integrals: Array, box: tuple[int, int, int, int, float], channel: i
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _inside(integrals: Array, u: int, v: int) -> tuple[int, int]:
+def _inside(height: int, width: int, u: int, v: int) -> tuple[int, int]:
     """Return the pixel of the image that is nearest to a place."""
-    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
     return min(max(u, 0), width - 1), min(max(v, 0), height - 1)
 
 
 @njit(cache=True, nogil=True)
 def _write_patterns(rows: Array, at: int, sums: Array, integrals: Array) -> None:
     """Write how many boxes of each ring are darker, and how often that changes around it."""
+    height, width = integrals.shape[0] - 1, integrals.shape[1] - 1
     for s in range(len(rows)):
         if sums[s, 0] == 0:
             continue
@@ -207,8 +196,9 @@ def _write_patterns(rows: Array, at: int, sums: Array, integrals: Array) -> None
             n_darker, n_turns, first, last = 0, 0, False, False
             for k in range(8):
                 x, y = u + ring * RING_PLACES[k][0], v + ring * RING_PLACES[k][1]
-                x, y = _inside(integrals, x, y)
-                is_darker = box_mean(integrals, box_at(integrals, x, y, ring // 2), 0) < threshold
+                x, y = _inside(height, width, x, y)
+                box = box_at(height, width, x, y, ring // 2)
+                is_darker = _box_mean(integrals, box, 0) < threshold
                 n_darker += is_darker
                 if k == 0:
                     first = is_darker

@@ -11,15 +11,9 @@ from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
 from curiosight.learner.features.feature_set import FeatureSet
-from curiosight.learner.features.superpixel_sums import sum_superpixels
+from curiosight.learner.features.superpixel_sums import Sums, sums_of
 from curiosight.learner.features.superpixels import ColourSpace, Superpixels
-from curiosight.learner.features.surroundings import (
-    box_at,
-    box_mean,
-    byte,
-    centroid,
-    integrate,
-)
+from curiosight.learner.features.surroundings import box_at, byte, centroid
 
 Array = npt.NDArray[Any]
 
@@ -31,56 +25,98 @@ VALUE, SQUARE, ACROSS, DOWN, FALLING, RISING = range(6)
 def texture(colour_space: ColourSpace) -> FeatureSet:
     """Return the set; it is of the first channel, lightness in Lab."""
     columns = ("deviation around", "gradient", "gradient across", "gradient falling")
-    return FeatureSet("texture", columns, describe_texture, colour_space)
+    return FeatureSet("texture", columns, describe_texture, colour_space, from_sums=True)
 
 
-def describe_texture(image: Rgb, superpixels: Superpixels) -> Rows:
+def describe_texture(image: Rgb, superpixels: Superpixels, sums: Sums | None = None) -> Rows:
     """Return (n, 4) uint8 rows, of the 9x9 pixels around centroids, in the first channel.
 
     Twice the standard deviation; 16 times the root of the mean gradient, across plus down; how
     much of it is across rather than down, and along which diagonal, where 128 is both alike.
+
+    sums: of the superpixels, see `sum_superpixels`; None = to be found.
     """
-    n_superpixels = int(superpixels.max()) + 1
-    sums = sum_superpixels(image, superpixels, n_superpixels)
-    rows: Rows = _measure(sums, integrate(_changes(image)))
+    rows: Rows = _measure(sums_of(image, superpixels, sums), _sum_down(_widened(image)))
     return rows
 
 
 @njit(cache=True, nogil=True)
-def _changes(image: Array) -> Array:
-    """Return (h, w, 6) int32: the first channel, its square, and its changes in four directions.
-
-    A change is the difference between the two neighbours of a pixel; the border repeats.
-    """
+def _widened(image: Array) -> Array:
+    """Return (h + 2, w + 2) int16: the first channel, with its border once more around it."""
     height, width = image.shape[:2]
-    changes = np.empty((height, width, 6), np.int32)
+    wide = np.empty((height + 2, width + 2), np.int16)
     for v in range(height):
-        above, below = max(v - 1, 0), min(v + 1, height - 1)
+        line, pixels = wide[v + 1], image[v]
         for u in range(width):
-            left, right = max(u - 1, 0), min(u + 1, width - 1)
-            value = np.int32(image[v, u, 0])
-            pixel = changes[v, u]
-            pixel[VALUE], pixel[SQUARE] = value, value * value
-            pixel[ACROSS] = abs(np.int32(image[v, right, 0]) - np.int32(image[v, left, 0]))
-            pixel[DOWN] = abs(np.int32(image[below, u, 0]) - np.int32(image[above, u, 0]))
-            pixel[FALLING] = abs(np.int32(image[below, right, 0]) - np.int32(image[above, left, 0]))
-            pixel[RISING] = abs(np.int32(image[below, left, 0]) - np.int32(image[above, right, 0]))
-    return changes
+            line[u + 1] = pixels[u, 0]
+        line[0], line[width + 1] = line[1], line[width]
+    wide[0], wide[height + 1] = wide[1], wide[height]
+    return wide
 
 
 @njit(cache=True, nogil=True)
-def _measure(sums: Array, integrals: Array) -> Array:
+def _sum_down(wide: Array) -> Array:
+    """Return (h + 1, 6, w) int32 sums of what is above in a column.
+
+    Of the channel, its square, and its changes in four directions. A change is the difference
+    between the two neighbours of a pixel.
+    """
+    height, width = wide.shape[0] - 2, wide.shape[1] - 2
+    sums = np.empty((height + 1, 6, width), np.int32)
+    sums[0] = 0
+    for v in range(height):
+        above, line, below = wide[v], wide[v + 1], wide[v + 2]
+        before, after = sums[v], sums[v + 1]
+        _add_values(before, after, line[1 : width + 1])
+        _add_changes(before[ACROSS], after[ACROSS], line[2:], line[:width])
+        _add_changes(before[DOWN], after[DOWN], below[1 : width + 1], above[1 : width + 1])
+        _add_changes(before[FALLING], after[FALLING], below[2:], above[:width])
+        _add_changes(before[RISING], after[RISING], below[:width], above[2:])
+    return sums
+
+
+# Loops of few arrays each: then the compiler does several pixels at once.
+@njit(cache=True, nogil=True)
+def _add_values(before: Array, after: Array, line: Array) -> None:
+    values, squares = before[VALUE], before[SQUARE]
+    new_values, new_squares = after[VALUE], after[SQUARE]
+    for u in range(line.size):
+        new_values[u] = values[u] + np.int32(line[u])
+    for u in range(line.size):
+        new_squares[u] = squares[u] + np.int32(line[u]) * np.int32(line[u])
+
+
+@njit(cache=True, nogil=True)
+def _add_changes(before: Array, after: Array, one: Array, other: Array) -> None:
+    for u in range(one.size):
+        after[u] = before[u] + abs(np.int32(one[u]) - np.int32(other[u]))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _box_mean(sums: Array, box: tuple[int, int, int, int, float], kind: int) -> float:
+    """Return the mean of one kind of sums in a box."""
+    left, right, upper, lower, share = box
+    last, first = sums[lower, kind], sums[upper, kind]
+    total = np.int32(0)
+    for u in range(left, right):
+        total += last[u] - first[u]
+    return share * total
+
+
+@njit(cache=True, nogil=True)
+def _measure(sums: Array, sums_down: Array) -> Array:
     """Return the row of each superpixel; 0 where it has no pixel."""
+    height, width = sums_down.shape[0] - 1, sums_down.shape[2]
     rows = np.zeros((len(sums), 4), np.uint8)
     for s in range(len(sums)):
         if sums[s, 0] == 0:
             continue
         u, v = centroid(sums, s)
-        box = box_at(integrals, u, v, REACH)
-        mean = box_mean(integrals, box, VALUE)
-        variance = max(box_mean(integrals, box, SQUARE) - mean * mean, 0.0)
-        across, down = box_mean(integrals, box, ACROSS), box_mean(integrals, box, DOWN)
-        falling, rising = box_mean(integrals, box, FALLING), box_mean(integrals, box, RISING)
+        box = box_at(height, width, u, v, REACH)
+        mean = _box_mean(sums_down, box, VALUE)
+        variance = max(_box_mean(sums_down, box, SQUARE) - mean * mean, 0.0)
+        across, down = _box_mean(sums_down, box, ACROSS), _box_mean(sums_down, box, DOWN)
+        falling, rising = _box_mean(sums_down, box, FALLING), _box_mean(sums_down, box, RISING)
         rows[s, 0] = byte(2 * np.sqrt(variance))
         rows[s, 1] = byte(16 * np.sqrt(across + down))
         # One level more than there is, so that noise on an even surface has no direction.

@@ -116,9 +116,7 @@ class TemporalTeacher:
         self._tracker.update(frame.depth, [s.plane for s in tracked.supports])
         return tracked
 
-    def _corrected(
-        self, alone: Segmentation, stride: int, voxels: Array
-    ) -> npt.NDArray[np.uint8]:
+    def _corrected(self, alone: Segmentation, stride: int, voxels: Array) -> npt.NDArray[np.uint8]:
         """(h, w): the labels of a frame as the votes of earlier views make them."""
         corrected: npt.NDArray[np.uint8] = alone.labels[::stride, ::stride].copy()
         where = np.flatnonzero((corrected == Label.UNKNOWN) | (corrected == Label.SALIENT))

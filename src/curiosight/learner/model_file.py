@@ -1,0 +1,97 @@
+"""What a model's file says of the learner that wrote it, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from curiosight.errors import DataError
+from curiosight.learner.archive import find_model, read_archive, write_archive
+from curiosight.learner.features import Describer, FeatureSet, missing_sets
+from curiosight.learner.forest import Forest
+from curiosight.learner.maps import Cameras
+from curiosight.learner.places import Places
+
+if TYPE_CHECKING:
+    from curiosight.learner.learner import SaliencyLearner, Teaches
+
+KIND = "saliency model"
+Learner = TypeVar("Learner", bound="SaliencyLearner")
+
+
+def write_model(learner: SaliencyLearner, path: Path, *, is_packed: bool) -> None:
+    """Write a learner with its samples; raises what `write_archive` does."""
+    header: dict[str, Any] = {
+        "features": learner.describer.definition(),
+        "n_pixels": learner.n_pixels,
+        "blind_share": learner.blind_share,
+        "follow_edges": learner.follow_edges,
+        "threshold": learner.threshold,
+        "forest": learner.experts.settings(),
+        "notes": learner.notes,
+    }
+    # Without these the header is that of version 0.1.
+    if learner.edge_stride > 1:
+        header["edge_stride"] = learner.edge_stride
+    if learner.salient_share:
+        header["salient_share"] = learner.salient_share
+    if learner.experts.places is not None:
+        header["places"] = learner.experts.places.settings()
+    if cameras := learner.cameras.tables():
+        header["cameras"] = cameras
+    arrays = learner.experts.state_arrays()
+    if learner.calibration is not None:
+        arrays |= learner.calibration.state_arrays()
+    write_archive(path, KIND, header, arrays, is_packed=is_packed)
+
+
+def read_model(
+    kind: type[Learner],
+    path: Path | str,
+    teacher: Teaches | None,
+    own: tuple[FeatureSet, ...],
+    rng: np.random.Generator,
+    n_threads: int,
+) -> Learner:
+    """Return the learner of a file or of a run's folder; `DataError` where there is none.
+
+    own: sets of features that are not ours, which the model may have been made with.
+    """
+    path = find_model(path)
+    header, arrays = read_archive(path, KIND)
+    try:
+        said = header["features"]
+        if missing := missing_sets(said, own):
+            found = f"was made with other features: {', '.join(missing)}"
+            raise DataError(path, found, "give them: SaliencyLearner.load(path, features=[…])")
+        forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
+        settings = _settings(header, own) | {"is_calibrated": "calibration" in arrays}
+        learner = kind(teacher, forest, **settings, seed=rng)
+        learner.experts.restore(arrays)
+        if learner.calibration is not None:
+            learner.calibration.restore(arrays)
+        learner.notes = dict(header["notes"])
+        learner.cameras = Cameras.of_tables(header.get("cameras", ()))
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
+    if said != learner.describer.definition():
+        raise DataError(path, "was made with other features", "learn it anew")
+    return learner
+
+
+def _settings(header: dict[str, Any], own: Iterable[FeatureSet]) -> dict[str, Any]:
+    """Return what a learner is made with, by its header; version 0.1 did not know all of it."""
+    describer, places = Describer.of_definition(header["features"], own), header.get("places")
+    return {
+        **describer.settings(),
+        "n_pixels": header["n_pixels"],
+        "blind_share": header["blind_share"],
+        "follow_edges": header["follow_edges"],
+        "edge_stride": header.get("edge_stride", 1),
+        "salient_share": header.get("salient_share", 0.0),
+        "threshold": header["threshold"],
+        "places": None if places is None else Places(**places),
+    }
