@@ -142,7 +142,7 @@ def find_slot(voxels: Array, voxel: int) -> int:
 
 @njit(cache=True, nogil=True, inline="always")
 def _is_vote(label: int) -> bool:
-    return label == SALIENT or label == NOT_SALIENT or label == REJECTED
+    return label in (SALIENT, NOT_SALIENT, REJECTED)
 
 
 @njit(cache=True, nogil=True)
