@@ -87,6 +87,7 @@ def test_what_most_views_took_for_background_is_taken_back() -> None:
 
 def test_what_a_view_does_not_know_is_not_salient_where_others_know_it() -> None:
     temporal = teacher()
+    temporal.is_remembering = False
     cut, where = view(CUBE, aside=1.2)
     alone = temporal.teacher.segment(cut)
     assert np.mean(alone.labels[where] == Label.UNKNOWN) > 0.9
@@ -96,10 +97,13 @@ def test_what_a_view_does_not_know_is_not_salient_where_others_know_it() -> None
     assert np.mean(temporal.segment(cut).labels[where] == Label.UNKNOWN) > 0.9  # one is not enough
     temporal.votes.add(voxels, said)
     assert np.mean(temporal.segment(cut).labels[where] == Label.NOT_SALIENT) > 0.9
+    temporal.is_remembering = True  # more is to come
+    assert np.mean(temporal.segment(cut).labels[where] == Label.UNKNOWN) > 0.9
 
 
 def test_the_foot_of_an_unknown_thing_does_not_become_table() -> None:
     temporal = teacher()
+    temporal.is_remembering = False
     cut, where = view(CUBE, aside=1.2)
     voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera)
     foot = where & (np.arange(len(where))[:, None] > np.flatnonzero(where.any(axis=1))[-1] - 15)
@@ -110,6 +114,7 @@ def test_the_foot_of_an_unknown_thing_does_not_become_table() -> None:
 
 def test_a_rejected_cluster_does_not_make_what_others_do_not_know_not_salient() -> None:
     temporal = teacher()
+    temporal.is_remembering = False
     cut, where = view(CUBE, aside=1.2)
     voxels = temporal.votes.voxels_of(cut.depth, CAMERA, cut.T_world_camera)
     for _ in range(5):

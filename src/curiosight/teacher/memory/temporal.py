@@ -36,16 +36,16 @@ class TemporalTeacher:
     """A teacher with a memory of the place, where poses tell what is where.
 
     Every frame votes with what it shows by itself. Then a thing that the image cuts, or that
-    stands too close to another, is salient where it was seen whole before; what most views
-    take for table or wall is not salient in one of them; and what a view does not know is not
-    salient where others know it. What has gone is forgotten.
+    stands too close to another, is salient where it was seen whole before; and what most views
+    take for table or wall is not salient in one of them. What has gone is forgotten.
 
     teacher: whose survey and thresholds it takes over, on a finer grid.
     min_ahead: votes by which salient must lead. Twice as many against take it back, unless more
         views than not see something salient here or beside: poses drift by more than a mug is
         thick.
     is_remembering: set it to False once it has seen all there is to see: it then labels frames
-        by what it knows, and they do not vote again.
+        by what it knows, and they do not vote again. What a view does not know is then not
+        salient where others know it.
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
@@ -126,7 +126,8 @@ class TemporalTeacher:
         is_told = is_unknown & (around >= self.min_ahead) & may_be_object
         denied = ~is_unknown & (here <= -2 * self.min_ahead) & (around <= 0)
         cluster = alone.cluster_of_pixel[::stride, ::stride].take(where)
-        is_other = is_unknown & (settled <= -self.min_ahead)
+        # As long as more is to come, what no view has recognised may still be a thing.
+        is_other = is_unknown & (settled <= -self.min_ahead) & (not self.is_remembering)
         is_other &= _of_most(cluster, is_other, is_told)
         corrected.ravel()[where[is_told]] = Label.SALIENT
         corrected.ravel()[where[denied]] = Label.UNKNOWN
