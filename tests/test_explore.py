@@ -162,7 +162,7 @@ def test_learning_off_line_is_about_as_good(room, unseen, teacher) -> None:
     run(room, on_line, 60)
     off_line = OffLine(config, room, teacher=teacher)
     n_seen = sum(1 for _ in off_line)
-    assert n_seen == len(room)
+    assert n_seen == off_line.n_looks
     assert error_of(off_line.fit(), unseen) < error_of(on_line, unseen) + 0.02
 
 
