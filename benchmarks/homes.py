@@ -15,10 +15,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from presets import figures
+
 from curiosight.config import load_config
 from curiosight.datasets import Dataset
 from curiosight.evaluation import MapScores
-from curiosight.experiments.components import make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.frame import Frame
 from curiosight.learner.description import Saliency
@@ -73,21 +74,13 @@ def score(learner: SaliencyLearner, test: Dataset, maps: Maps, max_range: float)
         if truth is not None:
             frame = test[index]
             scores.add(frame.id, maps(learner, frame), truth, depth=frame.depth)
-    table = scores.table()
-    of_all = table["pooled"]["all"]
-    return {
-        "overall_error": table["overall_error"],
-        "roc_auc": of_all["roc_auc"],
-        "best_f1": of_all["best_f1"],
-        "f1": of_all["f1"],
-        "places": len(learner.experts.of_place),
-    }
+    return figures(scores) | {"places": len(learner.experts.of_place)}
 
 
 def learn(training: Dataset, changes: Mapping[str, Any]) -> tuple[SaliencyLearner, float]:
     """Return the off-line model with some settings, and how far depth teaches."""
     config = load_config(overrides=changes)
-    off_line = OffLine(config, training, teacher=make_teacher(config, training))
+    off_line = OffLine(config, training)
     for _ in off_line:
         pass
     return off_line.fit(), config.max_range

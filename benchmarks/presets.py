@@ -24,10 +24,10 @@ from presets_table import score_teachers, write_table
 import curiosight as cs
 from curiosight.config import Config, TeacherConfig
 from curiosight.evaluation import MapScores, SplitKind
-from curiosight.experiments.components import make_teacher
+from curiosight.experiments.components import heard, make_teacher
 from curiosight.experiments.evaluating import CrossValidation
 from curiosight.learner.learner import Teaches
-from curiosight.teacher import Segmentation, Teacher, TemporalTeacher
+from curiosight.teacher import Segmentation
 
 RESULTS = Path(__file__).parent / "results" / "presets.json"
 
@@ -117,9 +117,7 @@ class Recording:
     def teacher(self, config: Config) -> Remembering:
         """Return the teacher that settings ask for; with memory it begins without any."""
         if config.teacher not in self._teachers:
-            teacher = make_teacher(config, self.dataset)
-            if config.teacher.temporal and isinstance(teacher, Teacher):
-                teacher = TemporalTeacher(teacher)
+            teacher = heard(config, make_teacher(config, self.dataset))
             self._teachers[config.teacher] = Remembering(teacher)
         return self._teachers[config.teacher]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curiosight.learner.edges import follow_edges, sum_windows
+from curiosight.learner.edges import EdgeFilter, sum_windows
 
 TOLERANCE = 64.0
 
@@ -66,14 +66,14 @@ def scene(seed: int, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(("stride", "size"), [(2, (40, 52)), (3, (41, 50)), (4, (37, 45))])
 def test_blocks_equal_the_plain_filter(stride: int, size: tuple[int, int]) -> None:
     saliency, rgb = scene(stride, *size)
-    found = follow_edges(saliency, rgb, stride)
+    found = EdgeFilter(rgb, stride)(saliency)
     assert found.dtype == np.float32
     np.testing.assert_allclose(found, guided_plainly(saliency, rgb, stride), atol=2e-4)
 
 
 def test_coarse_and_fine_are_nearly_alike() -> None:
     saliency, rgb = scene(0, 120, 160)
-    difference = np.abs(follow_edges(saliency, rgb, 2) - follow_edges(saliency, rgb))
+    difference = np.abs(EdgeFilter(rgb, 2)(saliency) - EdgeFilter(rgb)(saliency))
     assert difference.mean() < 0.01
     assert difference.max() < 0.08
 
@@ -84,7 +84,7 @@ def test_a_rough_outline_moves_to_the_edge(stride: int) -> None:
     rgb[:, 40:] = (200, 120, 40)
     saliency = np.zeros((60, 80), np.float32)
     saliency[:, 36:] = 1
-    sharp = follow_edges(saliency, rgb, stride)
+    sharp = EdgeFilter(rgb, stride)(saliency)
     steps = np.diff(sharp, axis=1)
     assert (np.argmax(steps, axis=1) == 39).all()
     assert steps[:, 39].min() > 0.3

@@ -9,7 +9,7 @@ import pytest
 
 from curiosight.frame import Camera, Frame, Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
-from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, likeness, look_of
+from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, look_of
 from curiosight.learner.places import MAX_LOOKS_PER_SPOT, Places
 from curiosight.learner.sight import CELL, Sight, cell_of, ground_axes
 
@@ -179,7 +179,7 @@ def test_looks_of_the_same_colours_are_alike() -> None:
     rng = np.random.default_rng(0)
     rgb = rng.integers(0, 255, (60, 80, 3), np.uint8)
     one, flipped, other = look_of(rgb), look_of(rgb[:, ::-1]), look_of(np.zeros_like(rgb))
-    alike = likeness(one, np.stack([one, flipped, other]))
+    alike = Looks(np.stack([one, flipped, other])).likeness(one)
     assert alike[0] == pytest.approx(1, abs=1e-3)
     assert alike[1] > 0.95 > 0.5 > alike[2]
 

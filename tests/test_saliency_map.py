@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.learner.edges import follow_edges
+from curiosight.learner.edges import EdgeFilter
 from curiosight.learner.features import RowsPer
 from curiosight.learner.learner import SaliencyLearner
 from pictures import RED, make_learner, picture, taught
@@ -97,7 +97,7 @@ def test_maps_that_follow_edges_are_even_inside_and_sharp_between() -> None:
     rgb = np.full((60, 80, 3), 50, np.uint8)
     rgb[:, 40:] = 200
     noisy = np.where(np.arange(80) < 40, 0.2, 0.8) + rng.normal(0, 0.1, (60, 80))
-    followed = follow_edges(noisy.astype(np.float32), rgb)
+    followed = EdgeFilter(rgb)(noisy.astype(np.float32))
     assert followed.dtype == np.float32
     left, right = followed[:, :39], followed[:, 41:]
     assert left.std() < 0.03

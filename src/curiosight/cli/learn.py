@@ -47,6 +47,7 @@ def learn(
 
     Every frame gives as many labelled pixels (learner.n_pixels; fewer in a very long recording);
     of all of them a uniformly random choice that fits the buffer (forest.max_samples) is kept.
+    Frames with poses are looked at twice, the second time by what all of them have told.
     Writes config.toml, model.npz and summary.json. Ctrl-C, or a signal to end (SIGTERM, SIGHUP),
     ends it early: the model then knows the frames up to there. So does the model.npz that is
     written now and then meanwhile; summary.json comes only at the end. Exit status 1: nothing was

@@ -74,8 +74,10 @@ class OffLine:
             yield frame
         if teacher := self._remembering:
             teacher.is_remembering = False
-            yield from (frame for frame, _ in self._look())
-            teacher.is_remembering = True
+            try:
+                yield from (frame for frame, _ in self._look())
+            finally:  # also where whoever iterates stops early
+                teacher.is_remembering = True
 
     def _look(self) -> Iterator[tuple[Frame, Segmentation]]:
         """Sample each frame, and yield it with what the teacher said."""

@@ -57,11 +57,6 @@ class EdgeFilter:
         return applied
 
 
-def follow_edges(saliency: Map, rgb: Rgb, stride: int = 1) -> Map:
-    """Return what an `EdgeFilter` of an image makes of one map."""
-    return EdgeFilter(rgb, stride)(saliency)
-
-
 @njit(cache=True, nogil=True)
 def _sum_image(rgb: Array, stride: int) -> Array:
     """Return (h / stride, w / stride, 10) float32 sums over the pixels of each block."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, Self
 
@@ -423,7 +424,7 @@ class SaliencyLearner:
         if n_threads < 1:
             raise ValueError(f"n_threads: expected 1 or more, got {n_threads}")
         rng = np.random.default_rng(seed)
-        return read_model(cls, path, teacher, tuple(features), rng, n_threads)
+        return read_model(partial(cls, teacher), path, tuple(features), rng, n_threads)
 
 
 def _checked(rgb: Rgb) -> Rgb:

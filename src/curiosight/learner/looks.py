@@ -60,11 +60,6 @@ def count_colours(lab: Array, bins: Array) -> Array:
     return counts
 
 
-def likeness(look: Look, others: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-    """Return how alike a look and (n, 800) others are: (n,) in [0, 1], 1 = the same colours."""
-    return Looks(others).likeness(look)
-
-
 class Looks:
     """Looks that are kept in an order, as numbers that others are compared with at once."""
 
@@ -87,7 +82,7 @@ class Looks:
         return self._values[: self._n].astype(np.uint8)
 
     def likeness(self, look: Look) -> npt.NDArray[np.float32]:
-        """Return (n,) what `likeness` of a look and all of them is."""
+        """Return how alike a look and all of them are: (n,) in [0, 1], 1 = the same colours."""
         one = look.astype(np.float32)
         lengths = self._lengths[: self._n] * np.linalg.norm(one)
         alike: npt.NDArray[np.float32] = self._values[: self._n] @ one / np.maximum(lengths, 1)

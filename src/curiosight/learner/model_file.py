@@ -2,27 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from curiosight.errors import DataError
 from curiosight.learner.archive import find_model, read_archive, write_archive
+from curiosight.learner.calibration import Calibration
+from curiosight.learner.experts import Experts
 from curiosight.learner.features import Describer, FeatureSet, missing_sets
 from curiosight.learner.forest import Forest
 from curiosight.learner.maps import Cameras
 from curiosight.learner.places import Places
 
-if TYPE_CHECKING:
-    from curiosight.learner.learner import SaliencyLearner, Teaches
-
 KIND = "saliency model"
-Learner = TypeVar("Learner", bound="SaliencyLearner")
 
 
-def write_model(learner: SaliencyLearner, path: Path, *, is_packed: bool) -> None:
+class Model(Protocol):
+    """What a file keeps of a learner, see `SaliencyLearner`."""
+
+    describer: Describer
+    experts: Experts
+    calibration: Calibration | None
+    cameras: Cameras
+    notes: dict[str, Any]
+    n_pixels: int
+    blind_share: float
+    salient_share: float
+    follow_edges: bool
+    edge_stride: int
+    threshold: float
+
+
+Learner = TypeVar("Learner", bound=Model)
+
+
+def write_model(learner: Model, path: Path, *, is_packed: bool) -> None:
     """Write a learner with its samples; raises what `write_archive` does."""
     header: dict[str, Any] = {
         "features": learner.describer.definition(),
@@ -49,15 +66,15 @@ def write_model(learner: SaliencyLearner, path: Path, *, is_packed: bool) -> Non
 
 
 def read_model(
-    kind: type[Learner],
+    make: Callable[..., Learner],
     path: Path | str,
-    teacher: Teaches | None,
     own: tuple[FeatureSet, ...],
     rng: np.random.Generator,
     n_threads: int,
 ) -> Learner:
     """Return the learner of a file or of a run's folder; `DataError` where there is none.
 
+    make: the learner, from its forest and settings.
     own: sets of features that are not ours, which the model may have been made with.
     """
     path = find_model(path)
@@ -69,7 +86,7 @@ def read_model(
             raise DataError(path, found, "give them: SaliencyLearner.load(path, features=[…])")
         forest = Forest(**header["forest"], seed=rng, n_threads=n_threads)
         settings = _settings(header, own) | {"is_calibrated": "calibration" in arrays}
-        learner = kind(teacher, forest, **settings, seed=rng)
+        learner = make(forest, **settings, seed=rng)
         learner.experts.restore(arrays)
         if learner.calibration is not None:
             learner.calibration.restore(arrays)

@@ -31,27 +31,28 @@ def draw_pixels(
     Return (n,) indices of the flat image, and whether each is salient.
     """
     flat = labels.ravel()
-    salient = find_labels(flat, Label.SALIENT, Label.SALIENT)
+    salient = find_labels(flat, Label.SALIENT)
     n_known = len(salient) + int(np.count_nonzero(flat == Label.NOT_SALIENT))
     n_drawn: int = min(n_pixels, n_known)
     n_salient = min(round(salient_share * n_drawn), len(salient))
     if n_salient * n_known <= n_drawn * len(salient):  # there are as many by chance
         drawn = _draw(find_labels(flat, Label.SALIENT, Label.NOT_SALIENT), n_drawn, rng)
     else:
-        other = find_labels(flat, Label.NOT_SALIENT, Label.NOT_SALIENT)
+        other = find_labels(flat, Label.NOT_SALIENT)
         n_other = min(n_drawn - n_salient, len(other))
         both = [_draw(salient, n_salient, rng), _draw(other, n_other, rng)]
         drawn = rng.permutation(np.concatenate(both))
     if blind_share:
-        blind = find_labels(flat, Label.UNAVAILABLE, Label.UNAVAILABLE)
+        blind = find_labels(flat, Label.UNAVAILABLE)
         n_blind = min(round(blind_share * n_drawn), len(blind))
         drawn = np.concatenate([drawn[n_blind:], _draw(blind, n_blind, rng)])
     return drawn, flat[drawn] == Label.SALIENT
 
 
-def find_labels(flat: Labels, one: Label, other: Label) -> Pixels:
-    """Return the indices of what has one of two labels, in their order."""
-    return np.asarray(_find_values(flat, np.uint8(one), np.uint8(other)))
+def find_labels(flat: Labels, one: Label, other: Label | None = None) -> Pixels:
+    """Return the indices of what has a label, or one of two, in their order."""
+    second = one if other is None else other
+    return np.asarray(_find_values(flat, np.uint8(one), np.uint8(second)))
 
 
 @njit(cache=True, nogil=True)

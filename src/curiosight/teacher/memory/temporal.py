@@ -125,13 +125,14 @@ class TemporalTeacher:
         may_be_object = _may_be_object(alone, stride).take(where)
         is_told = is_unknown & (around >= self.min_ahead) & may_be_object
         denied = ~is_unknown & (here <= -2 * self.min_ahead) & (around <= 0)
-        cluster = alone.cluster_of_pixel[::stride, ::stride].take(where)
-        # As long as more is to come, what no view has recognised may still be a thing.
-        is_other = is_unknown & (settled <= -self.min_ahead) & (not self.is_remembering)
-        is_other &= _of_most(cluster, is_other, is_told)
         corrected.ravel()[where[is_told]] = Label.SALIENT
         corrected.ravel()[where[denied]] = Label.UNKNOWN
-        corrected.ravel()[where[is_other]] = Label.NOT_SALIENT
+        # As long as more is to come, what no view has recognised may still be a thing.
+        if not self.is_remembering:
+            is_other = is_unknown & (settled <= -self.min_ahead)
+            cluster = alone.cluster_of_pixel[::stride, ::stride].take(where)
+            is_other &= _of_most(cluster, is_other, is_told)
+            corrected.ravel()[where[is_other]] = Label.NOT_SALIENT
         return corrected
 
 

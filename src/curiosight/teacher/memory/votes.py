@@ -26,8 +26,8 @@ REJECTED = np.uint8(1)
 # Columns of a voxel's votes: views that saw here what is salient, what is not salient or rejected,
 # of these what is surely not salient, and what is salient here or beside; the last of these, from
 # 1; and by how many pixels salient leads in this view before the one and before the other.
-HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED = range(7)
 N_COLUMNS = 7
+HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED = range(N_COLUMNS)
 
 
 class VoxelVotes:
