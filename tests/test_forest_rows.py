@@ -240,7 +240,7 @@ def test_an_update_copies_no_rows():
     forest.update(*batches[2])
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 0.8 * 20_000 * 50
+    assert peak < 0.6 * 20_000 * 50
 
 
 def test_a_model_of_version_0_1_is_read_and_goes_on_learning():

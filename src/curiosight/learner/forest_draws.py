@@ -141,12 +141,11 @@ def draw_rows(
     rows: Indices, counts: Packed, keys: Keys, seed: np.uint64, bound: np.uint64
 ) -> tuple[Indices, Packed]:
     """Draw rows with all their samples, see `is_drawn`; return places and class counts."""
-    drawn, drawn_counts = np.empty(rows.size, np.int32), np.empty(rows.size, np.int64)
-    n_drawn = 0
+    drawn, n_drawn = np.empty(rows.size, np.int32), 0
     for row in range(rows.size):
-        drawn[n_drawn], drawn_counts[n_drawn] = rows[row], counts[row]
+        drawn[n_drawn] = row
         n_drawn += int(is_drawn(keys[np.uint32(rows[row])], seed, bound))
-    return drawn[:n_drawn].copy(), drawn_counts[:n_drawn].copy()
+    return rows[drawn[:n_drawn]], counts[drawn[:n_drawn]]
 
 
 @kernel
