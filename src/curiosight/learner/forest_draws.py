@@ -146,13 +146,3 @@ def draw_rows(
         drawn[n_drawn] = row
         n_drawn += int(is_drawn(keys[np.uint32(rows[row])], seed, bound))
     return rows[drawn[:n_drawn]], counts[drawn[:n_drawn]]
-
-
-@kernel
-def find_unseen(rows: Indices, keys: Keys, seed: np.uint64, bound: np.uint64) -> Indices:
-    """Return the places in `rows` of the rows that a tree does not draw."""
-    places, n_places = np.empty(rows.size, np.int32), 0
-    for place in range(rows.size):
-        places[n_places] = place
-        n_places += int(not is_drawn(keys[rows[place]], seed, bound))
-    return places[:n_places]
