@@ -203,7 +203,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         "looks that taught nothing about objects": run.lessons.in_short(),
         "versions": ", ".join(versions()),
     }
-    if summary["metres"]:
+    if summary["metres"] or summary["degrees"]:
         facts["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f}°"
     times_ms = {
         _STAGES.get(stage, stage): spent["median_ms"]
