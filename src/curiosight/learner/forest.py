@@ -13,8 +13,9 @@ import numpy.typing as npt
 from curiosight.learner.forest_buffer import DistinctRows, Samples
 from curiosight.learner.forest_draws import ALL_KEYS, take_points
 from curiosight.learner.forest_growth import grow_tree
-from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows, add_votes
+from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows
 from curiosight.learner.forest_trees import Arrays, Tree, pack_draws, pack_trees, unpack_trees
+from curiosight.learner.forest_votes import add_votes
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 Result = TypeVar("Result")
