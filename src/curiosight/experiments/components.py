@@ -16,7 +16,8 @@ from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
 from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
 from curiosight.learner.places import Places
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import (
