@@ -24,8 +24,9 @@ class HeldOut:
     """A fixed set of labelled images, described once, scored after every step.
 
     Votes are kept per tree, so that only the trees that changed are asked again. Superpixels
-    are scored with all of their pixels; where every pixel has a row of its own, only each
-    `GRID`-th pixel of each `GRID`-th line of the shrunken image is.
+    are scored with all of their pixels, as they are: before maps follow edges (`follow_edges`).
+    Where every pixel has a row of its own, only each `GRID`-th pixel of each `GRID`-th line of
+    the shrunken image is scored.
 
     frames: pairs of a frame and its (H, W) labels: 255 salient, 0 not salient, anything else
         ignored. Of a frame its colour and its pose count.
