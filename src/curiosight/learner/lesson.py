@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.learner.description import Counts
 from curiosight.learner.features import Rows
 from curiosight.learner.sight import Sight
 
@@ -34,6 +35,19 @@ class Lesson:
             return salient, other
         n_salient, n_other = max(salient.sum(), 1), max(other.sum(), 1)
         return salient * self.share / n_salient, other * (1 - self.share) / n_other
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A view that is described and labelled once, to be learned from many times.
+
+    rows: (n, F) of its description. counts: (n,) salient and (n,) other pixels of each.
+    lesson: what was drawn of it to learn from.
+    """
+
+    rows: Rows
+    counts: tuple[Counts, Counts]
+    lesson: Lesson
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:
