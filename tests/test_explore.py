@@ -12,13 +12,14 @@ import pytest
 
 from curiosight.config import PRESETS, Config
 from curiosight.datasets import open_dataset
-from curiosight.evaluation import HeldOut, MapScores
+from curiosight.evaluation import HeldOut, MapScores, describe_tests
 from curiosight.experiments.components import make_learner, make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth
 from curiosight.explore import Step, explore
 from curiosight.explorer import STRATEGIES, Chronological, Iac, make_strategy
+from curiosight.explorer.outcome import Outcome
 from curiosight.frame import Viewpoint
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.teacher import Teacher, survey_recording
@@ -51,10 +52,15 @@ class Diary:
 
     def observe(self, frame: str) -> SimpleNamespace:
         self.calls.append(("observe", frame))
-        return SimpleNamespace(error=(int(frame.split()[1]) - 10) / 10)
+        return SimpleNamespace(
+            error=(int(frame.split()[1]) - 10) / 10,
+            frame=SimpleNamespace(T_world_camera=None, depth=None, camera=None),
+            segmentation=SimpleNamespace(labels=None),
+            scores=np.empty(0, np.float32),
+        )
 
-    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
-        self.calls.append(("update", viewpoint.index, error))
+    def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
+        self.calls.append(("update", viewpoint.index, outcome.error))
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return ()
@@ -129,7 +135,7 @@ def run(
 
 
 def error_of(learner: SaliencyLearner, recording: RoomRecording) -> float:
-    error = HeldOut(learner, recording.labelled()).overall_error()
+    error = HeldOut(learner, describe_tests(learner, recording.labelled())).overall_error()
     assert error is not None
     return error
 

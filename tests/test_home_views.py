@@ -13,7 +13,7 @@ import pytest
 from curiosight.config import load_config
 from curiosight.datasets import KnowsPlaces, check_dataset, known_places, open_dataset
 from curiosight.errors import DataError
-from curiosight.evaluation import HeldOut
+from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import make_learner
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
@@ -193,7 +193,8 @@ def test_a_room_that_changes_its_looks_cannot_be_learned(views: HomeViews) -> No
             return truth[id(frame)]
 
         learner = make_learner(load_config("default"), CallTeacher(label))
-        tests = HeldOut(learner, [(look.frame, look.truth) for look in looks[20:]])
+        tested = [(look.frame, look.truth) for look in looks[20:]]
+        tests = HeldOut(learner, describe_tests(learner, tested))
         curve = []
         for look in looks[:20]:
             learner.observe(look.frame)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from curiosight.explorer.check import check_strategy
+from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.strategies import (
     STRATEGIES,
     Chronological,
@@ -33,7 +34,7 @@ def run(strategy: Strategy, n_steps: int, error: float | None = 0.5) -> list[Vie
     chosen = []
     for _ in range(n_steps):
         chosen.append(strategy.choose())
-        strategy.update(chosen[-1], error)
+        strategy.update(chosen[-1], Outcome(error))
     return chosen
 
 
@@ -165,7 +166,7 @@ def test_iac_goes_where_the_error_falls() -> None:
         viewpoint = strategy.choose()
         if viewpoint.region == 2:
             error *= 0.999
-        strategy.update(viewpoint, error if viewpoint.region == 2 else 0.5)
+        strategy.update(viewpoint, Outcome(error if viewpoint.region == 2 else 0.5))
         visits[viewpoint.region] += step >= 8
     assert visits[2] / sum(visits.values()) == pytest.approx(0.75 + 0.25 / 4, abs=0.1)
     assert strategy.progress_of(2) > 0
@@ -180,7 +181,7 @@ def test_iac_leaves_a_bare_wall_alone() -> None:
     for _ in range(1000):
         chosen.append(strategy.choose())
         error *= 0.999
-        strategy.update(chosen[-1], None if chosen[-1].region == 0 else error)
+        strategy.update(chosen[-1], Outcome(None if chosen[-1].region == 0 else error))
     share = sum(view.region == 0 for view in chosen[100:]) / 900
     assert share == pytest.approx(0.05, abs=0.05)
 
@@ -191,7 +192,7 @@ def test_errors_decide_nothing_about_what_was_announced() -> None:
     for error in np.random.default_rng(1).random(60):
         viewpoint = strategy.choose()
         announced = list(strategy.upcoming())
-        strategy.update(viewpoint, float(error))
+        strategy.update(viewpoint, Outcome(float(error)))
         assert list(strategy.upcoming()) == announced
 
 

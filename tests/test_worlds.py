@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from curiosight.datasets.dataset import Dataset
+from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.regions import time_regions
 from curiosight.explorer.strategies import Chronological, Iac
 from curiosight.frame import Camera, Frame, Pose, Viewpoint
@@ -104,7 +105,7 @@ def test_looking_ahead_changes_no_frame(looks_ahead: bool) -> None:
         for _ in range(100):
             viewpoint = strategy.choose()
             assert look(world, viewpoint).id == str(viewpoint.index)
-            strategy.update(viewpoint, 0.5)
+            strategy.update(viewpoint, Outcome(0.5))
 
 
 def test_upcoming_frames_are_decoded_once() -> None:

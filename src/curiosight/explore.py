@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from curiosight.explorer.outcome import Outcome
+
 if TYPE_CHECKING:  # the loop only calls what it is given
     from curiosight.explorer import Strategy
     from curiosight.frame import Viewpoint
@@ -32,6 +34,6 @@ def explore(
         viewpoint = strategy.choose()
         cost = world.move_to(viewpoint)
         observation = learner.observe(world.capture())
-        strategy.update(viewpoint, observation.error)
+        strategy.update(viewpoint, Outcome.of(observation, cost))
         progress = strategy.progress_of(viewpoint.region)
         yield Step(index, viewpoint, cost, observation, progress)

@@ -1,7 +1,7 @@
 """How good a model and its teacher are, against ground truth or each other (sec. III)."""
 
 from curiosight.evaluation.bootstrap import Interval, bootstrap_interval, mean_interval
-from curiosight.evaluation.held_out import HeldOut
+from curiosight.evaluation.held_out import HeldOut, TestView, describe_tests
 from curiosight.evaluation.instances import InstanceScore, instance_table, score_instances
 from curiosight.evaluation.map_scores import PARTS, FrameScore, MapScores
 from curiosight.evaluation.method_scores import MethodScores
@@ -42,9 +42,11 @@ __all__ = [
     "SplitKind",
     "TeacherCounts",
     "TeacherScores",
+    "TestView",
     "average_precision",
     "away_from",
     "bootstrap_interval",
+    "describe_tests",
     "every_nth",
     "f1_error_of_rows",
     "instance_table",

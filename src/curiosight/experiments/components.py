@@ -13,6 +13,7 @@ from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
+from curiosight.explorer.ground import Ways
 from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
@@ -279,14 +280,18 @@ def make_world(
 
 
 def choose_strategy(
-    config: Config, views: tuple[Viewpoint, ...], rng: np.random.Generator
+    config: Config,
+    views: tuple[Viewpoint, ...],
+    rng: np.random.Generator,
+    ways: Ways | None = None,
 ) -> Strategy:
-    """Return the strategy that the settings ask for."""
+    """Return the strategy that the settings ask for; ways: see `Ground`."""
     settings = config.explorer
     return make_strategy(
         settings.strategy,
         views,
         rng,
+        ways=ways,
         random_over=settings.random_over,
         random_n_stay=settings.random_n_stay,
         n_stay=settings.n_stay,

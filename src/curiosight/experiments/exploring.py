@@ -14,7 +14,7 @@ import numpy as np
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.evaluation import HeldOut, away_from, every_nth
+from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import (
     choose_regions,
     choose_strategy,
@@ -31,17 +31,14 @@ from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.stopwatch import Stopwatch
-from curiosight.experiments.truth import Truth, find_truth, spread
+from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
+from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
-from curiosight.explorer import Regions
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds import Odometer
 
-# Where testing was not asked for: of the frames, those that must be left to learn from if the
-# frames with ground truth are to be kept out of learning.
-LEAST_TO_LEARN = 0.5
 # Files that a run under way may find of an earlier one; others it replaces at its start.
 RESULTS = (MODEL, "summary.json")
 
@@ -192,7 +189,11 @@ class Exploration:
     def _choose_tests(self, test_source: Dataset | None) -> Sequence[int]:
         """Set up what is tested on, and return the frames to learn from."""
         self.is_test_asked = test_source is not None or self.config.test.every > 0
-        training, test = _split(self.config, self.dataset, self.regions, test_source)
+        training: Sequence[int] = range(len(self.dataset))
+        test: Sequence[int] = []
+        if test_source is None:
+            reachable = np.array(self.regions.of_view) >= 0
+            training, test = split_frames(self.config, self.dataset, reachable)
         truth = self._find_truth(test_source, test)
         try:
             self._test_on(truth)
@@ -207,7 +208,8 @@ class Exploration:
     def _test_on(self, truth: Truth) -> None:
         self.truth = truth
         self.test_problems = Problems()
-        self.held_out = HeldOut(self.learner, truth.labelled_frames(self.test_problems))
+        labelled = truth.labelled_frames(self.test_problems)
+        self.held_out = HeldOut(self.learner, describe_tests(self.learner, labelled))
 
     def _test_after_change(self) -> None:
         """Go on with tests of what is drawn as it is after its change."""
@@ -294,21 +296,3 @@ def load_run_model(run: Path) -> Path:
     if not run.exists():
         raise DataError(run, "does not exist", "give the folder of a run, or a model file")
     return find_model(run)
-
-
-def _split(
-    config: Config, dataset: Dataset, regions: Regions, test_source: Dataset | None
-) -> tuple[Sequence[int], Sequence[int]]:
-    """Return the frames to learn from and to test on, as `Exploration` says."""
-    if test_source is not None:
-        return range(len(dataset)), []
-    if config.test.every:
-        training, test = every_nth(len(dataset), config.test.every, gap=config.test.gap)
-        return training.tolist(), test.tolist()
-    with_truth = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
-    test = np.array(spread(with_truth, config.test.max_frames), np.int64)
-    is_within_reach = np.array(regions.of_view) >= 0
-    training = away_from(test, len(dataset), config.test.gap)
-    if is_within_reach[training].sum() < LEAST_TO_LEARN * is_within_reach.sum():
-        training = np.arange(len(dataset))
-    return training.tolist(), test.tolist()

@@ -17,7 +17,6 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.frame import Frame
-from curiosight.learner.description import fit_labels
 from curiosight.learner.experts import Lesson
 from curiosight.learner.learner import SaliencyLearner, Teaches
 from curiosight.teacher import Segmentation, Survey, TemporalTeacher
@@ -84,7 +83,8 @@ class OffLine:
         with Prefetch(self.dataset, memory_mb=self.config.run.memory_mb) as frames:
             for index, frame in enumerate(frames.in_order(range(len(self.dataset)))):
                 segmentation = self.learner.segment(frame)
-                self._lessons[index] = self._lesson(frame, segmentation)
+                visit = self.learner.visit(frame, segmentation, self._n_pixels)
+                self._lessons[index] = visit.lesson
                 yield frame, segmentation
 
     def fit(self, indices: Iterable[int] | None = None) -> SaliencyLearner:
@@ -124,15 +124,6 @@ class OffLine:
         learner.cameras.note_all(self.learner.cameras)
         learner.notes.clear()
         note_frames(learner, self.dataset, [self.dataset.ids[index] for index in used])
-
-    def _lesson(self, frame: Frame, segmentation: Segmentation) -> Lesson:
-        learner = self.learner
-        description = learner.describe(frame.rgb)
-        labels = fit_labels(segmentation.labels, description)
-        rows, is_salient = learner.sample(description, labels, self._n_pixels)
-        n_salient, n_other = (int(counts.sum()) for counts in description.count(labels))
-        share = n_salient / max(n_salient + n_other, 1)
-        return Lesson(rows, is_salient, learner.sight(frame, description, segmentation), share)
 
     def summary(self) -> dict[str, Any]:
         """Return what was learned from, JSON-able."""

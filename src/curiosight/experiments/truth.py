@@ -9,8 +9,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.config import Config
 from curiosight.datasets import Dataset, KnowsDistances, Prefetch
 from curiosight.errors import DataError
+from curiosight.evaluation import away_from, every_nth
 from curiosight.experiments.components import place
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Depth, Frame
@@ -18,6 +20,9 @@ from curiosight.learner.learner import Teaches
 
 Labels = npt.NDArray[np.uint8]
 Kind = Literal["ground truth", "teacher", "nothing"]
+# Where testing was not asked for: of the frames, those that must be left to learn from if the
+# frames with ground truth are to be kept out of learning.
+LEAST_TO_LEARN = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,3 +106,26 @@ def spread(indices: Sequence[int], max_frames: int | None) -> tuple[int, ...]:
     n_kept = len(indices) if max_frames is None else min(len(indices), max_frames)
     places = np.linspace(0, len(indices) - 1, n_kept).astype(int)
     return tuple(int(indices[place]) for place in places)
+
+
+def split_frames(
+    config: Config, dataset: Dataset, is_within_reach: npt.NDArray[np.bool_] | None = None
+) -> tuple[Sequence[int], Sequence[int]]:
+    """Return the frames of a recording to learn from and those to test on.
+
+    Where the settings do not keep every so many (`test.every`), those with ground truth are kept
+    and their neighbours left out, unless too few others would be left (`LEAST_TO_LEARN`).
+
+    is_within_reach: (len(dataset),) of each frame whether it can be learned from; None = all.
+    """
+    if config.test.every:
+        training, test = every_nth(len(dataset), config.test.every, gap=config.test.gap)
+        return training.tolist(), test.tolist()
+    if is_within_reach is None:
+        is_within_reach = np.ones(len(dataset), np.bool_)
+    with_truth = [index for index in range(len(dataset)) if dataset.has_ground_truth(index)]
+    test = np.array(spread(with_truth, config.test.max_frames), np.int64)
+    training = away_from(test, len(dataset), config.test.gap)
+    if is_within_reach[training].sum() < LEAST_TO_LEARN * is_within_reach.sum():
+        training = np.arange(len(dataset))
+    return training.tolist(), test.tolist()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.strategies import Strategy
 from curiosight.frame import Viewpoint
 
@@ -59,7 +60,7 @@ def _choices(factory: StrategyFactory, views: Sequence[Viewpoint], *, ask: bool)
             announced = _announced(strategy, announced[1:])
         # Every fifth error is undefined; region 1 improves.
         error = 1 / (1 + len(choices)) if viewpoint.region == 1 else float(rng.random())
-        strategy.update(viewpoint, None if len(choices) % 5 == 0 else error)
+        strategy.update(viewpoint, Outcome(None if len(choices) % 5 == 0 else error))
         if ask:
             _check_progress(strategy.progress_of(viewpoint.region))
     return choices

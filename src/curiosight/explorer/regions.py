@@ -10,6 +10,8 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.spatial.distance import squareform
 
 from curiosight.datasets.listing import natural_key
 from curiosight.errors import DataError
@@ -23,7 +25,9 @@ Ints = npt.NDArray[np.int64]
 
 _PAPER_GRID = "pose:2x2x4"
 _N_SLICES = 5  # the paper's number for a recording without poses
-_FORMS = "pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines"
+# Metres of way between two groups of views; rooms are told apart only where there are some.
+MAX_WAY, MIN_ROOMS = 7.0, 3
+_FORMS = "auto, auto:4, pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,21 +53,41 @@ def make_regions(
     poses: Sequence[Pose | None],
     ids: Sequence[str],
     *,
+    metres: Floats | None = None,
     position_split: PositionSplit = "median",
     orientation_split: OrientationSplit = "count",
     up: npt.ArrayLike | None = None,
 ) -> Regions:
     """Make the regions that `spec` asks for.
 
-    spec: "pose" (2x2 positions x 4 orientations), "pose:3x2x4", "time:5", or the path of a
-        file; None = "pose" where at least half of the views have a pose and there are more of
-        them than regions, else "time:5", with fewer slices where there are fewer frames.
+    spec: "pose" (2x2 positions x 4 orientations), "pose:3x2x4", "time:5", "auto" (see
+        `way_regions`) or "auto:4" (each of those by as many headings), or the path of a file;
+        None = "auto" where the ways are known and there are rooms to tell apart, else "pose"
+        where at least half of the views have a pose and there are more of them than regions,
+        else "time:5", with fewer slices where there are fewer frames.
+    metres: (n_views, n_views) of the ways between views; None = not known.
     position_split, orientation_split, up: see `pose_regions`.
 
     Raises ValueError for any other spec, or poses asked for where there are none; DataError
     for a bad file.
     """
     n_posed = sum(pose is not None for pose in poses)
+    if spec is None and metres is not None and n_posed == len(poses):
+        found = way_regions(metres)
+        if found.n_regions >= MIN_ROOMS:
+            return found
+    if match := re.fullmatch(r"auto(?::(\d{1,3}))?", spec or ""):
+        if metres is None or n_posed < len(poses):
+            raise ValueError("regions: expected poses of all views for `auto`; use time:5")
+        found = way_regions(metres)
+        if not match[1]:
+            return found
+        above = seen_from_above(poses, up)
+        sectors = _orientation_sectors(
+            above.headings, found.of_view, int(match[1]), orientation_split
+        )
+        pairs = zip(found.of_view, sectors, strict=True)
+        return _number([f"room {room} heading {sector}" for room, sector in pairs], spec or "")
     if spec is None:
         has_poses = 2 * n_posed >= len(poses) and n_posed > 2 * 2 * 4
         spec = "pose" if has_poses else f"time:{max(1, min(_N_SLICES, len(ids)))}"
@@ -127,6 +151,22 @@ def pose_regions(
         x, y = divmod(int(cell), positions[1])
         labels[view] = f"x{x} y{y} heading {sector}"
     return _number(labels, f"pose:{positions[0]}x{positions[1]}x{orientations}")
+
+
+def way_regions(metres: Floats) -> Regions:
+    """Put views together that are a short way apart: a way through a door is a long one.
+
+    Groups of views are one region while the mean way between their views is below `MAX_WAY`
+    (average linkage). metres: (n_views, n_views) of the ways.
+    """
+    if len(metres) == 1:
+        return Regions(np.zeros(1, np.int64), ("room 0",), "auto")
+    between = squareform((metres + metres.T) / 2, checks=False)
+    found = fcluster(linkage(between, "average"), MAX_WAY, "distance")
+    _, first, region = np.unique(found, return_index=True, return_inverse=True)
+    order = np.argsort(np.argsort(first))  # numbered as they come
+    names = tuple(f"room {number}" for number in range(len(first)))
+    return Regions(order[region].astype(np.int64), names, "auto")
 
 
 def time_regions(n_views: int, n_regions: int) -> Regions:

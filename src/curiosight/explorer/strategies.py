@@ -9,6 +9,8 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from curiosight.explorer.ground import Ways
+from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.progress import (
     Floats,
     Negative,
@@ -16,11 +18,13 @@ from curiosight.explorer.progress import (
     Undefined,
     choice_probabilities,
 )
+from curiosight.explorer.progress_rate import ProgressRate
+from curiosight.explorer.sweep import Sweep
 from curiosight.frame import Viewpoint
 
 Over = Literal["views", "regions"]
 
-STRATEGIES = ("chronological", "random", "iac")
+STRATEGIES = ("chronological", "random", "sweep", "iac", "progress-rate")
 
 _N_AHEAD = 4  # views decided in advance, so that their frames can be decoded meanwhile
 
@@ -32,8 +36,8 @@ class Strategy(Protocol):
         """Return the next viewpoint."""
         ...
 
-    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
-        """Take note of the error made there (eq. 1); None = undefined."""
+    def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
+        """Take note of what came of looking there."""
         ...
 
     def upcoming(self) -> Sequence[Viewpoint]:
@@ -57,7 +61,7 @@ class Chronological:
         self._next = (self._next + 1) % len(self._views)
         return viewpoint
 
-    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
+    def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         """Do nothing: the order is fixed."""
 
     def upcoming(self) -> Sequence[Viewpoint]:
@@ -105,7 +109,7 @@ class Random:
             self._plan.extend(_draw_stay(pool, self._n_stay, self._rng))
         return self._plan.popleft()
 
-    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
+    def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         """Do nothing: chance does not learn."""
 
     def upcoming(self) -> Sequence[Viewpoint]:
@@ -165,8 +169,8 @@ class Iac:
             self._plan.extend(_draw_stay(self._pools[region], self._n_stay, self._rng))
         return self._plan.popleft()
 
-    def update(self, viewpoint: Viewpoint, error: float | None) -> None:
-        self._meter.add(viewpoint.region, error)
+    def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
+        self._meter.add(viewpoint.region, outcome.error)
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return list(self._plan)[:_N_AHEAD]
@@ -188,6 +192,7 @@ def make_strategy(
     views: Sequence[Viewpoint],
     rng: np.random.Generator,
     *,
+    ways: Ways | None = None,
     random_over: Over = "views",
     random_n_stay: int = 1,
     n_stay: int = 10,
@@ -223,9 +228,23 @@ def make_strategy(
             negative=negative,
             exponent=exponent,
         )
+    if name == "progress-rate":
+        return ProgressRate(views, rng, ways=ways)
+    base, _, stay = name.partition(":")
+    if base == "sweep":
+        return Sweep(views, rng, ways=ways, n_stay=_read_stay(stay))
     nearest = difflib.get_close_matches(name.lower(), STRATEGIES, n=1, cutoff=0.4)
     hint = f"; did you mean {nearest[0]}?" if nearest else ""
     raise ValueError(f"strategy: expected {', '.join(STRATEGIES)}, got {name!r}{hint}")
+
+
+def _read_stay(text: str) -> int | None:
+    """Read how long a sweep stays: "" = 10 looks, "all" = as many as a region has views."""
+    if text in ("", "all"):
+        return 10 if not text else None
+    if not text.isdecimal():
+        raise ValueError(f"strategy: expected sweep, sweep:N or sweep:all, got {text!r} for N")
+    return int(text)
 
 
 def _draw_stay(

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 from curiosight.learner.calibration import Calibration
 from curiosight.learner.description import (
+    Counts,
     Description,
     Labels,
     Saliency,
@@ -78,6 +79,19 @@ class Observation:
     def saliency(self) -> Saliency:
         """(h, w) map of the shrunken image, in [0, 1], before learning."""
         return self.scores[self.description.row_of_pixel]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A view that is described and labelled once, to be learned from many times.
+
+    rows: (n, F) of its description. counts: (n,) salient and (n,) other pixels of each.
+    lesson: what was drawn of it to learn from.
+    """
+
+    rows: Rows
+    counts: tuple[Counts, Counts]
+    lesson: Lesson
 
 
 class SaliencyLearner:
@@ -194,16 +208,48 @@ class SaliencyLearner:
         description = self.describe(frame.rgb)
         segmentation = self.segment(frame)
         labels = fit_labels(segmentation.labels, description)
-        votes = self.vote(description, frame.T_world_camera)
-        scores = self.scale(votes)
-        counts = description.count(labels)
-        error = f1_error_of_rows(*counts, scores, self.threshold)
         sight = self.sight(frame, description, segmentation)
-        if self.calibration is not None and self.is_trained and self.experts.knows(sight):
-            self.calibration.add(votes, *counts)
+        scores, error = self._judge(description.rows, description.count(labels), sight)
         spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
+
+    def observe_again(self, visit: Visit) -> tuple[Votes, float | None, Change]:
+        """Do as `observe` with what was described, labelled and drawn before.
+
+        Return the (n,) scores and the error as they were before learning, and what changed.
+        """
+        lesson = visit.lesson
+        scores, error = self._judge(visit.rows, visit.counts, lesson.sight)
+        spot = self.experts.note(lesson.sight)
+        change = self.experts.update(lesson.rows, lesson.is_salient, spot, error)
+        self._moment = object()
+        return scores, error, change
+
+    def visit(self, frame: Frame, segmentation: Segmentation, n_pixels: int | None = None) -> Visit:
+        """Describe a labelled frame and draw what it teaches, for `observe_again` and `fit`.
+
+        n_pixels: see `sample`.
+        """
+        description = self.describe(frame.rgb)
+        labels = fit_labels(segmentation.labels, description)
+        rows, is_salient = self.sample(description, labels, n_pixels)
+        salient, other = description.count(labels)
+        share = int(salient.sum()) / max(int(salient.sum() + other.sum()), 1)
+        sight = self.sight(frame, description, segmentation)
+        lesson = Lesson(rows, is_salient, sight, share)
+        return Visit(description.rows, (salient, other), lesson)
+
+    def _judge(
+        self, rows: Rows, counts: tuple[Counts, Counts], sight: Sight | None
+    ) -> tuple[Votes, float | None]:
+        """Predict rows of a view, and compare with how many pixels of each are labelled how."""
+        votes = self.experts.vote(rows, sight)
+        scores = self.scale(votes)
+        error = f1_error_of_rows(*counts, scores, self.threshold)
+        if self.calibration is not None and self.is_trained and self.experts.knows(sight):
+            self.calibration.add(votes, *counts)
+        return scores, error
 
     def saliency(
         self,

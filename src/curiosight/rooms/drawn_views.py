@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -72,6 +72,10 @@ class Space(Protocol):
         """Return the metres of the way between two places."""
         ...
 
+    def ways(self, start: Place, goals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the (n,) metres of the ways to (n, 2) places."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Standing:
@@ -119,12 +123,40 @@ class DrawnViews(ABC):
 
         n_looks: how many looks there were before, where it changes while it is looked at.
         """
-        rendering, truth = self._render(camera, T_world_camera, rng, n_looks)
+        drawn = self._render(camera, T_world_camera, rng, n_looks)
+        return self._sensed(*drawn, T_world_camera, id, rng, camera)
+
+    def _sensed(
+        self,
+        rendering: Rendering,
+        truth: npt.NDArray[np.uint8],
+        T_world_camera: Pose,
+        id: str,
+        rng: np.random.Generator,
+        camera: Camera,
+    ) -> Look:
+        """Return what the sensors make of what a perfect camera sees."""
         rgb = develop(rendering.radiance, draw_look(rng, blur=self.settings.blur), rng)
         readings = sense(self.settings.sensor, rendering, camera, rng)
         depth = readings.registered(camera)
         frame = Frame(id, rgb, depth, camera, T_world_camera)
         return Look(frame, truth, rendering.depth, rendering.ids, readings)
+
+    def visits(
+        self, index: int, rngs: Sequence[np.random.Generator], *, n_looks: int = 0
+    ) -> Iterator[Look]:
+        """Yield visits to a view, each with its own chance; drawn once where that is enough."""
+        pose, id = self.poses[index], self.ids[index]
+        drawn = None
+        for rng in rngs:
+            if drawn is None or self.is_drawn_anew:
+                drawn = self._render(CAMERA, pose, rng, n_looks)
+            yield self._sensed(*drawn, pose, id, rng, CAMERA)
+
+    @property
+    def is_drawn_anew(self) -> bool:
+        """Tell whether some of it looks different at every look."""
+        return False
 
     @abstractmethod
     def _render(

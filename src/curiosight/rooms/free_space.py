@@ -128,6 +128,18 @@ class FreeSpace:
                 return max(straight, float(metres))
             reach *= 2
 
+    def ways(self, start: Place, goals: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float64]:
+        """Return the (n,) metres of the ways to (n, 2) places, each as `way` tells it."""
+        numbers, graph = self._graph
+        metres = dijkstra(graph, directed=False, indices=numbers[self._cell_of(start)])
+        straight = np.linalg.norm(goals - start, axis=1)
+        around = np.array([metres[numbers[self._cell_of(goal)]] for goal in goals])
+        is_clear = self._are_clear(start, goals)
+        lengths: npt.NDArray[np.float64] = np.where(
+            is_clear, straight, np.maximum(straight, around)
+        )
+        return lengths
+
     def route(self, start: Place, goal: Place) -> npt.NDArray[np.float64]:
         """Return (K, 2) places from one to another, with straight ways between them.
 
@@ -180,13 +192,19 @@ class FreeSpace:
         return bool(self.is_free[rows, columns].all())
 
     def _is_clear(self, start: Place, goal: Place) -> bool:
-        n_samples = 2 + int(np.linalg.norm(np.subtract(goal, start)) / (0.5 * self._cell))
-        places = np.linspace(start, goal, n_samples)
+        return bool(self._are_clear(start, np.asarray(goal)[None])[0])
+
+    def _are_clear(self, start: Place, goals: npt.NDArray[np.floating[Any]]) -> Mask:
+        """Tell of (n, 2) places whether nothing stands on the straight way to each."""
+        metres = np.linalg.norm(np.subtract(goals, start), axis=1)
+        shares = np.linspace(0, 1, 2 + int(metres.max(initial=0) / (0.5 * self._cell)))
+        places = start + shares[:, None, None] * np.subtract(goals, start)
         cells = np.rint((places - self._origin) / self._cell).astype(np.int64) + 1
-        size = np.array(self.is_free.shape)[::-1]
-        if not ((cells >= 0) & (cells < size)).all():
-            return False
-        return bool(self.is_free[cells[:, 1], cells[:, 0]].all())
+        height, width = self.is_free.shape
+        is_inside = ((cells >= 0) & (cells < (width, height))).all(axis=2)
+        column, row = np.clip(cells[..., 0], 0, width - 1), np.clip(cells[..., 1], 0, height - 1)
+        clear: Mask = (is_inside & self.is_free[row, column]).all(axis=0)
+        return clear
 
     @cached_property
     def _graph(self) -> tuple[npt.NDArray[np.int64], Any]:

@@ -81,6 +81,10 @@ class OverTables:
         """Return the metres between two places: nothing stands in an arm's way."""
         return float(np.linalg.norm(np.subtract(goal, start)))
 
+    def ways(self, start: Place, goals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the (n,) metres to (n, 2) places."""
+        return np.asarray(np.linalg.norm(goals - start, axis=1))
+
     def draw_places(self, n: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return (n, 2) places on tables, evenly distributed."""
         return np.array([self._draw_target(rng)[:2] for _ in range(n)]).reshape(-1, 2)

@@ -160,6 +160,10 @@ class HandHeld:
         """Return the metres between two places."""
         return float(np.linalg.norm(np.subtract(goal, start)))
 
+    def ways(self, start: Place, goals: Floats) -> Floats:
+        """Return the (n,) metres to (n, 2) places."""
+        return np.asarray(np.linalg.norm(goals - start, axis=1))
+
 
 def _is_inside(outline: Polygon, place: Place) -> bool:
     """Tell whether a ray from a place crosses the outline an odd number of times."""

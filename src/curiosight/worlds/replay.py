@@ -12,7 +12,7 @@ import numpy.typing as npt
 from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.frame import Frame, Viewpoint
-from curiosight.worlds.travel import travel, travel_seconds
+from curiosight.worlds.travel import Floats, straight_ways, travel, travel_seconds
 
 
 class ReplayWorld:
@@ -60,6 +60,10 @@ class ReplayWorld:
         if before is None or viewpoint.T_world_camera is None:
             return 0.0
         return travel_seconds(*travel(before, viewpoint.T_world_camera))
+
+    def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
+        """Return the (n,) metres and degrees of the ways to viewpoints: straight ones."""
+        return straight_ways(start, goals)
 
     def capture(self) -> Frame:
         """Return the frame of the viewpoint, and have the upcoming ones decoded meanwhile."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from curiosight.frame import Frame, Viewpoint
 from curiosight.rooms.drawn_views import DrawnViews
-from curiosight.worlds.travel import travel, travel_seconds
+from curiosight.worlds.travel import Floats, straight_ways, travel, travel_seconds
 
 
 class RoomWorld:
@@ -70,6 +70,12 @@ class RoomWorld:
         start = before.T_world_camera
         return travel_seconds(space.way(start[:2, 3], goal), travel(start, pose)[1])
 
+    def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
+        """Return the (n,) metres and degrees of the ways to viewpoints, around what stands."""
+        _, degrees = straight_ways(start, goals)
+        places = np.array([_place(goal) for goal in goals]).reshape(-1, 2)
+        return self.room_views.free_space.ways(_place(start), places), degrees
+
     def capture(self) -> Frame:
         """Look from here, and have the next view rendered meanwhile."""
         if self._here is None:
@@ -114,3 +120,10 @@ class RoomWorld:
         id = ids[viewpoint.index] if is_drawn else f"look-{n_looks}"
         pose = viewpoint.T_world_camera
         return self.room_views.look_from(pose, id, rng, n_looks=n_looks).frame
+
+
+def _place(viewpoint: Viewpoint) -> Floats:
+    """Return (2,) where on the floor a camera stands."""
+    if viewpoint.T_world_camera is None:
+        raise ValueError("viewpoint: expected a pose, got None")
+    return viewpoint.T_world_camera[:2, 3]

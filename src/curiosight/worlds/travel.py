@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from typing import overload
 
-from curiosight.frame import Pose
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Pose, Viewpoint
+
+Floats = npt.NDArray[np.float64]
 
 # A small robot indoors.
 METRES_PER_SECOND = 0.5
@@ -21,9 +27,25 @@ def travel(T_world_a: Pose, T_world_b: Pose) -> tuple[float, float]:
     return metres, float(np.degrees(turn))
 
 
-def travel_seconds(metres: float, degrees: float) -> float:
+@overload
+def travel_seconds(metres: float, degrees: float) -> float: ...
+@overload
+def travel_seconds(metres: Floats, degrees: Floats) -> Floats: ...
+def travel_seconds(metres: float | Floats, degrees: float | Floats) -> float | Floats:
     """Return how long a small robot takes: first the turn, then the way."""
     return metres / METRES_PER_SECOND + degrees / DEGREES_PER_SECOND
+
+
+def straight_ways(start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
+    """Return the (n,) metres and degrees to viewpoints, straight; 0 where a pose is not known."""
+    ways = [
+        (0.0, 0.0)
+        if start.T_world_camera is None or goal.T_world_camera is None
+        else travel(start.T_world_camera, goal.T_world_camera)
+        for goal in goals
+    ]
+    metres, degrees = np.array(ways, np.float64).reshape(-1, 2).T
+    return metres, degrees
 
 
 class Odometer:

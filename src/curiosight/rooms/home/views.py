@@ -134,6 +134,10 @@ class HomeViews(DrawnViews):
         ids = self.look(index).ids
         return instances_of(ids, self._renderer_after(index).greys(ids))
 
+    @property
+    def is_drawn_anew(self) -> bool:
+        return self._settings.unlearnable
+
     def _is_after(self, n_looks: int) -> bool:
         """Tell whether the home has changed after so many looks."""
         if self._settings.change is None:

@@ -1,0 +1,193 @@
+"""Describe and label a source once, for all strategies and seeds."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.evaluation import HeldOut, describe_tests
+from curiosight.experiments.components import (
+    heard,
+    make_learner,
+    make_teacher,
+    survey_dataset,
+)
+from curiosight.experiments.contest.prepared import (
+    META,
+    Prepared,
+    Shown,
+    ShownViews,
+    write_meta,
+    write_tests,
+)
+from curiosight.experiments.problems import Problems
+from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.explorer.outcome import Seen
+from curiosight.frame import Frame, Viewpoint
+from curiosight.learner.learner import Teaches
+from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.teacher import Survey, TemporalTeacher
+from curiosight.worlds.sources import open_source
+from curiosight.worlds.travel import straight_ways
+
+# Of a drawn view: each visit has its own noise, exposure and screens.
+N_VISITS = 4
+# Of a recording without ground truth every so many frames are tested on.
+TEST_EVERY = 10
+
+
+def prepare(source: str, config: Config, folder: Path) -> Prepared:
+    """Return a source that is described and labelled, from disk where it is there.
+
+    Raises as `open_source` and `survey_dataset`.
+    """
+    if not (folder / META).exists():
+        draft = folder.with_name(f"{folder.name}.part")
+        shutil.rmtree(draft, ignore_errors=True)
+        draft.mkdir(parents=True)
+        Preparation(source, config, draft).write()
+        draft.rename(folder)
+    return Prepared(folder)
+
+
+class Preparation:
+    """One source on its way to disk.
+
+    What a view teaches does not depend on what was looked at before: its teacher has seen all of
+    the source, as that of `learn` has. The off-line model learns the same labels.
+    """
+
+    def __init__(self, source: str, config: Config, folder: Path) -> None:
+        self._source, self._config, self._folder = source, config, folder
+        self._dataset: Dataset = open_source(source, reading=config.reading)
+        self._survey: Survey = survey_dataset(config, self._dataset)
+        self._learner = make_learner(config, None)
+        self._teacher: Teaches
+
+    def write(self) -> None:
+        """Describe and label everything; the last file is that which says that all is there."""
+        reachable, _ = self._split()
+        phases = [self._write_phase(number, reachable) for number in range(self._n_phases)]
+        self._write_ways(reachable)
+        up = self._survey.up_world
+        write_meta(
+            self._folder,
+            {
+                "source": self._source,
+                "visits": self._n_visits,
+                "ids": [self._dataset.ids[index] for index in reachable],
+                "places": self._places(self._dataset, reachable),
+                "up": None if up is None else np.asarray(up).tolist(),
+                "phases": phases,
+            },
+        )
+
+    @property
+    def _drawn(self) -> DrawnViews | None:
+        return self._dataset if isinstance(self._dataset, DrawnViews) else None
+
+    @property
+    def _n_visits(self) -> int:
+        return 1 if self._drawn is None else N_VISITS
+
+    @property
+    def _n_phases(self) -> int:
+        return 1 if self._drawn is None or self._drawn.n_before_change is None else 2
+
+    def _first_look(self, phase: int) -> int:
+        return 0 if not phase or self._drawn is None else self._drawn.n_before_change or 0
+
+    def _split(self) -> tuple[Sequence[int], Sequence[int]]:
+        """Return the frames to learn from and those of the same recording to test on."""
+        if self._drawn is not None:
+            return range(len(self._dataset)), []
+        reachable, tests = split_frames(self._config, self._dataset)
+        if tests:
+            return reachable, tests
+        # Without truth the teacher's labels stand in, of frames that nobody learns from.
+        kept = replace(self._config, test=replace(self._config.test, every=TEST_EVERY))
+        return split_frames(kept, self._dataset)
+
+    def _write_phase(self, number: int, reachable: Sequence[int]) -> dict[str, Any]:
+        folder = self._folder / f"phase{number}"
+        folder.mkdir()
+        self._teacher = heard(self._config, make_teacher(self._config, self._dataset, self._survey))
+        self._learner.teacher = self._teacher
+        first_look = self._first_look(number)
+        ShownViews(folder).write(list(self._show(reachable, first_look)))
+        dataset, indices = self._dataset, self._split()[1]
+        if self._drawn is not None:
+            dataset = self._drawn.own_test_views(is_after=number > 0)
+            indices = range(len(dataset))
+        truth = find_truth(dataset, indices, self._teacher, max_frames=self._config.test.max_frames)
+        tests = list(describe_tests(self._learner, truth.labelled_frames(Problems())))
+        if not any(view.salient.any() for view in tests):
+            found = "has no test frame with anything salient"
+            raise DataError(Path(self._source), found, "compare strategies on another recording")
+        write_tests(folder, tests)
+        shown = ShownViews(folder)
+        views = range(0, len(shown), self._n_visits)
+        self._learner.fit([shown[index].visit.lesson for index in views])
+        error = HeldOut(self._learner, tests).overall_error()
+        assert error is not None
+        return {
+            "first_look": first_look,
+            "test_places": self._places(dataset, truth.indices),
+            "offline": {"error": error, "f1": 1 - error},
+        }
+
+    def _show(self, reachable: Sequence[int], first_look: int) -> Iterator[Shown]:
+        """Yield the visits of each view, one view after the other.
+
+        A teacher that remembers has seen all views before, whatever a strategy will have seen.
+        """
+        if isinstance(self._teacher, TemporalTeacher):
+            for index in reachable:
+                self._teacher.segment(next(self._look(index, first_look, 1)))
+            self._teacher.is_remembering = False
+        for index in reachable:
+            for visit, frame in enumerate(self._look(index, first_look, self._n_visits)):
+                segmentation = self._teacher.segment(frame)
+                # Of the visit alone, whatever was described before it.
+                self._learner.rng = np.random.default_rng([first_look, index, visit])
+                taught = self._learner.visit(frame, segmentation)
+                yield Shown(taught, Seen.of(frame, segmentation.labels))
+
+    def _look(self, index: int, first_look: int, n_visits: int) -> Iterator[Frame]:
+        """Yield the first visits of a view."""
+        if self._drawn is None:
+            yield self._dataset[index]
+            return
+        number = (first_look * len(self._drawn) + index) * N_VISITS
+        rngs = [self._drawn.visits_stream(number + visit) for visit in range(n_visits)]
+        for look in self._drawn.visits(index, rngs, n_looks=first_look):
+            yield look.frame
+
+    def _write_ways(self, reachable: Sequence[int]) -> None:
+        """Write how long the ways between all views are, and where those are."""
+        poses = [self._dataset.poses[index] for index in reachable]
+        views = [Viewpoint(number, 0, pose) for number, pose in enumerate(poses)]
+        turns = [straight_ways(view, views) for view in views]
+        metres = np.array([ways[0] for ways in turns])
+        if self._drawn is not None:
+            places = np.array([pose[:2, 3] for pose in self._drawn.poses])
+            space = self._drawn.free_space
+            metres = np.array([space.ways(place, places) for place in places])
+            metres = (metres + metres.T) / 2  # one way, there and back, but for rounding
+        np.save(self._folder / "metres.npy", metres)
+        np.save(self._folder / "degrees.npy", np.array([ways[1] for ways in turns]))
+        unknown = np.full((4, 4), np.nan)
+        np.save(self._folder / "poses.npy", [unknown if p is None else p for p in poses])
+
+    def _places(self, dataset: Dataset, indices: Sequence[int]) -> list[int]:
+        """Return the true room of each frame, 0 where there is no such truth."""
+        place: Callable[[int], int] | None = getattr(dataset, "place", None)
+        return [0 if place is None else place(int(index)) for index in indices]

@@ -1,0 +1,53 @@
+"""The views to choose from, region by region, and how long the ways between them are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.frame import Viewpoint
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+# (n,) seconds from one viewpoint to n others.
+Ways = Callable[[Viewpoint, Sequence[Viewpoint]], Floats]
+
+
+class Ground:
+    """Views by number, their regions, and the ways between them.
+
+    views: those in no region are left out. ways: None = not known, as if they took no time.
+    region_of: (n,) number of each view's region, from 0 without gaps. regions: their own numbers.
+    """
+
+    def __init__(self, views: Sequence[Viewpoint], ways: Ways | None = None) -> None:
+        self.views = sorted((view for view in views if view.region >= 0), key=lambda v: v.index)
+        if not self.views:
+            raise ValueError("views: expected at least one view in a region, got none")
+        numbers = np.array([view.region for view in self.views], np.int64)
+        self.regions, self.region_of = np.unique(numbers, return_inverse=True)
+        self.members = [np.flatnonzero(self.region_of == r) for r in range(len(self.regions))]
+        self._number_of = {view.index: number for number, view in enumerate(self.views)}
+        self._ways = ways
+        self._rows: dict[int, Floats] = {}
+
+    def __len__(self) -> int:
+        return len(self.views)
+
+    @property
+    def n_regions(self) -> int:
+        return len(self.regions)
+
+    def number_of(self, viewpoint: Viewpoint) -> int:
+        """Return the number of a view here."""
+        return self._number_of[viewpoint.index]
+
+    def seconds_from(self, here: int | None) -> Floats:
+        """Return the (n,) seconds from a view to all; 0 from nowhere, before the first look."""
+        if here is None or self._ways is None:
+            return np.zeros(len(self))
+        if here not in self._rows:
+            self._rows[here] = self._ways(self.views[here], self.views)
+        return self._rows[here]
