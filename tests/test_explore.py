@@ -57,6 +57,7 @@ class Diary:
             frame=SimpleNamespace(T_world_camera=None, depth=None, camera=None),
             segmentation=SimpleNamespace(labels=None),
             scores=np.empty(0, np.float32),
+            change=SimpleNamespace(has_drifted=False),
         )
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
