@@ -25,7 +25,8 @@ from curiosight.experiments.components import make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.frame import Frame
 from curiosight.learner.description import Saliency
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
 from curiosight.teacher import Teacher
 from curiosight.worlds.sources import open_source
 
