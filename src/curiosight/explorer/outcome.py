@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Label
 
 Array = npt.NDArray[Any]
+Again = Callable[[], float | None]
 
 # Readings taken across and down an image, and how far they count, metres.
 N_ACROSS, N_DOWN = 64, 48
@@ -76,18 +78,20 @@ class Outcome:
     error: 1 - F1 of the prediction there (eq. 1); None = undefined, as nothing salient is known.
     seconds: of the way there. uncertainty: mean of 1 - |2 s - 1| over the scores s; None = not
     known. seen: None where the way or the depth is not known.
+    again: tells the error of this look by the model as it is when called; None = nobody can.
     """
 
     error: float | None = None
     seconds: float = 0.0
     uncertainty: float | None = None
     seen: Seen | None = None
+    again: Again | None = None
 
     @classmethod
-    def of(cls, observation: Observed, seconds: float) -> Self:
+    def of(cls, observation: Observed, seconds: float, again: Again | None = None) -> Self:
         """Return what an observation tells; seconds: of the way there."""
         seen = Seen.of(observation.frame, observation.segmentation.labels)
-        return cls(observation.error, seconds, mean_uncertainty(observation.scores), seen)
+        return cls(observation.error, seconds, mean_uncertainty(observation.scores), seen, again)
 
 
 def mean_uncertainty(scores: npt.NDArray[np.float32]) -> float | None:
