@@ -34,6 +34,7 @@ def explore(
         viewpoint = strategy.choose()
         cost = world.move_to(viewpoint)
         observation = learner.observe(world.capture())
-        strategy.update(viewpoint, Outcome.of(observation, cost))
+        outcome = Outcome.of(observation, cost, learner.rescoring(observation))
+        strategy.update(viewpoint, outcome)
         progress = strategy.progress_of(viewpoint.region)
         yield Step(index, viewpoint, cost, observation, progress)
