@@ -24,7 +24,7 @@ from curiosight.experiments.components import (
 )
 from curiosight.frame import Frame
 from curiosight.learner.description import Description, Labels, fit_labels
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 
 STAGES = ("segment", "segment_memory", "describe", "predict", "learn", "map", "step")
 # Of a model that has learned, and of the model's features alone.
