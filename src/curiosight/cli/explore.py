@@ -112,9 +112,9 @@ def explore(
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
     Writes report.html to look at first, config.toml, steps.csv, decisions.csv, timings.csv,
-    model.npz, summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a run early and
-    keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json only at the
-    end. Exit status 1: nothing was learned.
+    model.npz, summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a
+    run early and keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json
+    only at the end. Exit status 1: nothing was learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(

@@ -36,6 +36,7 @@ from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
+from curiosight.explorer.strategies import check_loadable
 from curiosight.frame import Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
@@ -96,6 +97,7 @@ class Exploration:
         keeping: Keeping | None = None,
         leftovers: Sequence[str] = (),
     ) -> None:
+        check_loadable(config.explorer.strategy)
         self.dataset = dataset
         self.out = out
         self.rows: list[StepRow] = []

@@ -85,6 +85,8 @@ def _check_progress(progress: float | None) -> None:
 def _check_reasons(decision: Decision | None) -> None:
     if decision is None:
         return
+    if not isinstance(decision, Decision):
+        raise ValueError(f"reasons: expected a Decision or None, got {decision!r}")
     regions = [candidate.region for candidate in decision.candidates]
     if decision.chosen not in regions:
         raise ValueError(f"reasons: expected one of {regions} as chosen, got {decision.chosen}")

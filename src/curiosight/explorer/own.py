@@ -67,11 +67,11 @@ def _import(name: str) -> Any:
             raise ValueError(f"strategy: {name} cannot be imported: {_told(error)}") from error
         remedy = "install it, or run in the folder it lies in"
         raise ValueError(f"strategy: no module {error.name!r}; {remedy}") from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ValueError(f"strategy: {name} cannot be imported: {_told(error)}") from error
 
 
-def _told(error: Exception) -> str:
+def _told(error: BaseException) -> str:
     """Return an error in one line, with where it was raised unless it is a ValueError."""
     message = " ".join(str(error).split())
     if isinstance(error, ValueError):

@@ -38,6 +38,7 @@ __all__ = [
     "Over",
     "Random",
     "Strategy",
+    "check_loadable",
     "check_name",
     "make_strategy",
 ]
@@ -78,6 +79,15 @@ def check_name(name: str) -> None:
             f"strategy: expected {', '.join(STRATEGIES)}, {ORACLE} or package.module:Class, "
             f"got {name!r}{hint}"
         )
+
+
+def check_loadable(name: str) -> None:
+    """Raise ValueError unless a strategy of that name can be made without the true error."""
+    check_name(name)
+    if name == ORACLE:
+        raise _needs_truth()
+    if is_own(name):
+        load_own(name)
 
 
 def make_strategy(
@@ -168,11 +178,15 @@ def _oracle(
     n_stay: int,
 ) -> Oracle:
     if trial is None:
-        raise ValueError(
-            "strategy: expected one that needs no true error, got oracle, which only "
-            "comparisons of strategies can try"
-        )
+        raise _needs_truth()
     return Oracle(views, rng, trial=trial, ways=ways, n_stay=n_stay)
+
+
+def _needs_truth() -> ValueError:
+    return ValueError(
+        "strategy: expected one that needs no true error, got oracle, which only comparisons of "
+        "strategies can try"
+    )
 
 
 def _read_stay(text: str) -> int | None:

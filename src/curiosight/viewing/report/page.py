@@ -63,7 +63,7 @@ def _sections(report: Report) -> Iterator[Markup]:
         yield _map(report)
     if report.steps and report.region_names:
         yield _regions(report)
-    if report.decisions:
+    if report.decisions and report.region_names:
         table = decision_table(report.decisions, report.region_names)
         yield section("decisions", "Why it went there", _DECISIONS, table)
     yield list_section("problems", "What went wrong", report.problems)
