@@ -58,6 +58,7 @@ class Diary:
             frame=SimpleNamespace(T_world_camera=None, depth=None, camera=None),
             segmentation=SimpleNamespace(labels=None),
             scores=np.empty(0, np.float32),
+            change=SimpleNamespace(has_drifted=False),
         )
 
     def rescoring(self, observation: SimpleNamespace) -> Callable[[], float | None]:

@@ -158,7 +158,7 @@ class RunConfig:
 
     seed: int = 0
     n_threads: int = 2
-    memory_mb: int = 256
+    memory_mb: int = 64
 
     def __post_init__(self) -> None:
         _check_least("seed", self.seed, 0)

@@ -58,6 +58,13 @@ class Labelled(Protocol):
     def labels(self) -> npt.NDArray[np.uint8]: ...
 
 
+class Learned(Protocol):
+    """What learning from a frame changed."""
+
+    @property
+    def has_drifted(self) -> bool: ...
+
+
 class Observed(Protocol):
     """What a learner makes of a frame."""
 
@@ -69,6 +76,8 @@ class Observed(Protocol):
     def scores(self) -> npt.NDArray[np.float32]: ...
     @property
     def error(self) -> float | None: ...
+    @property
+    def change(self) -> Learned: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +86,8 @@ class Outcome:
 
     error: 1 - F1 of the prediction there (eq. 1); None = undefined, as nothing salient is known.
     seconds: of the way there. uncertainty: mean of 1 - |2 s - 1| over the scores s; None = not
-    known. seen: None where the way or the depth is not known.
+    known. seen: None where the pose or the depth is not known. has_changed: the place is no longer
+    what was learned of it.
     again: tells the error of this look by the model as it is when called; None = nobody can.
     """
 
@@ -85,13 +95,16 @@ class Outcome:
     seconds: float = 0.0
     uncertainty: float | None = None
     seen: Seen | None = None
+    has_changed: bool = False
     again: Again | None = None
 
     @classmethod
     def of(cls, observation: Observed, seconds: float, again: Again | None = None) -> Self:
         """Return what an observation tells; seconds: of the way there."""
         seen = Seen.of(observation.frame, observation.segmentation.labels)
-        return cls(observation.error, seconds, mean_uncertainty(observation.scores), seen, again)
+        uncertainty = mean_uncertainty(observation.scores)
+        has_changed = observation.change.has_drifted
+        return cls(observation.error, seconds, uncertainty, seen, has_changed, again)
 
 
 def mean_uncertainty(scores: npt.NDArray[np.float32]) -> float | None:

@@ -149,4 +149,4 @@ def _alike(point: Array, eye: Array, other: Array) -> float:
         return 0.0
     cosine = dot / np.sqrt(square * other_square)
     nearness = np.sqrt(min(square, other_square) / max(square, other_square))
-    return cosine * cosine * nearness
+    return float(cosine * cosine * nearness)

@@ -21,8 +21,8 @@ LOOK_SECONDS = 1.0
 REACH_SECONDS = 16.0
 # A stay is weighed by up to so many looks, each of which leaves less for the next.
 N_PLANNED, LEFT = 12, 0.97
-# Of a region's first looks each brings most: after so many a look brings half as much.
-HALF, POWER = 10.0, 1.0
+# Of a region's first looks each brings most: it falls with this power of their number.
+HALF, POWER = 10.0, 2.0
 # Of a way inside a region, seconds; and by what a look takes longer it counts, see `choose`.
 WITHIN_SECONDS, PATIENCE = 2.0, 3.0
 
@@ -113,7 +113,8 @@ class ProgressRate:
         self._n_looks[number] += 1
         region = int(self._ground.region_of[number])
         self._n_of_region[region] += 1
-        if self._learnability.add(region, outcome.error):
+        self._learnability.add(region, outcome.error)
+        if outcome.has_changed:
             self._forget(region)
         if outcome.seen is None or viewpoint.T_world_camera is None:
             return
@@ -126,6 +127,7 @@ class ProgressRate:
         members = self._ground.members[region]
         self._outlook.forget(np.arange(len(self._ground)), self._worth.doubt)
         self._outlook.forget(members, 1.0)
+        self._learnability.forget(region)
         self._n_looks[members] = 0
         self._n_of_region *= 1 - self._worth.doubt
         self._n_of_region[region] = 0

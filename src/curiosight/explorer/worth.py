@@ -57,21 +57,14 @@ class Learnability:
         self._recent = [deque[float](maxlen=n_recent) for _ in range(n_regions)]
         self._n_prior, self._least = n_prior, least
 
-    def add(self, region: int, error: float | None) -> bool:
-        """Note the error of a look; tell whether the region is no longer what it was."""
-        if error is None:
-            return False
-        recent = self._recent[region]
-        recent.append(error)
-        if len(recent) < N_JUDGED:
-            return False
-        errors = np.array(recent)
-        last, before = errors[-N_LAST:], errors[:-N_LAST]
-        noise = max(float(before.std()), LEAST_NOISE) / np.sqrt(N_LAST)
-        if last.mean() - before.mean() < SURPRISE * noise:
-            return False
-        recent.clear()
-        return True
+    def add(self, region: int, error: float | None) -> None:
+        """Note the error of a look; None = it has none."""
+        if error is not None:
+            self._recent[region].append(error)
+
+    def forget(self, region: int) -> None:
+        """Take a region for new."""
+        self._recent[region].clear()
 
     def of_regions(self) -> Floats:
         """Return (n_regions,) from `least`: 1 = as all are."""
@@ -83,7 +76,3 @@ class Learnability:
             for scores in known
         ]
         return np.clip((np.array(found) / usual) ** 2, self._least, 1.5)
-
-
-# A region has changed where its last errors lie so many deviations of their mean above the others.
-N_JUDGED, N_LAST, SURPRISE, LEAST_NOISE = 8, 3, 2.5, 0.12

@@ -123,6 +123,14 @@ class Forest:
         return len(self._known.samples.places)
 
     @property
+    def n_drawn(self) -> int:
+        """Return about how many rows a tree of an update draws; without `max_rows`, samples."""
+        if self.max_rows is None:
+            return max(1, round(self.share * self.n_samples))
+        n_rows = len(self._known.samples.distinct_rows().places)
+        return round(n_rows * self._bound(n_rows, is_limited=True) / ALL_KEYS)
+
+    @property
     def rows(self) -> Rows:
         """Return a copy of the buffer's (n_samples, F) rows, oldest first."""
         return self._read(lambda known: known.samples.rows())

@@ -103,9 +103,9 @@ class Run:
         shown = self._show(viewpoint, self._n_looks)
         scores, error, change = self.learner.observe_again(shown.visit)
         self._change = together(self._change, change)
-        lesson = shown.visit.lesson
-        again = partial(self.learner.error_of, shown.visit.rows, shown.visit.counts, lesson.sight)
-        outcome = Outcome(error, cost, mean_uncertainty(scores), shown.seen, again)
+        visit, uncertainty = shown.visit, mean_uncertainty(scores)
+        again = partial(self.learner.error_of, visit.rows, visit.counts, visit.lesson.sight)
+        outcome = Outcome(error, cost, uncertainty, shown.seen, change.has_drifted, again)
         self.strategy.update(viewpoint, outcome)
         return error
 
