@@ -241,11 +241,11 @@ def load_config(
     """
     config = Config.of_preset(preset or "default")
     if path is not None:
-        table = _read_toml(path)
-        named = _checked(table.pop("preset", config.preset), Preset, path, "preset")
+        table = read_toml(path)
+        named = _checked(table.get("preset", config.preset), Preset, path, "preset")
         if preset is not None and named != preset:
             raise ValueError(f"preset: {path} starts from {named!r}; drop one of the two")
-        config = _updated(Config.of_preset(named), table, path, "")
+        config = config_of({**table, "preset": named}, path)
     for name, value in (overrides or {}).items():
         if value is not None:
             section, _, key = name.partition(".")
@@ -253,6 +253,14 @@ def load_config(
                 raise ValueError(f"overrides: expected a key like explorer.n_steps, got {name!r}")
             changed = replace(getattr(config, section), **{key: value})
             config = replace(config, **{section: changed})
+    return config
+
+
+def config_of(table: Mapping[str, Any], path: Path) -> Config:
+    """Return what a table of TOML says over its preset; path: of its file, for what is refused."""
+    named = _checked(table.get("preset", "default"), Preset, path, "preset")
+    rest = {key: value for key, value in table.items() if key != "preset"}
+    config: Config = _updated(Config.of_preset(named), rest, path, "")
     return config
 
 
@@ -281,7 +289,8 @@ def _check_least(name: str, value: int, least: int) -> None:
         raise ValueError(f"{name}: expected {least} or more, got {value}")
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file; raises `DataError` where it is none."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
