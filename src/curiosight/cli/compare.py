@@ -11,6 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.again import from_anywhere
+from curiosight.cli.compare_report import CONFIG, write_reports
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
@@ -23,6 +25,7 @@ from curiosight.experiments.contest.settings import ContestSettings, absolute_re
 from curiosight.experiments.contest.table import make_table
 from curiosight.experiments.contest.tasks import RunTask
 from curiosight.experiments.output import OutputFolder, write_json_file
+from curiosight.viewing.contest.tables import cost, ranked, reached
 
 STRATEGIES = "random,sweep,iac,progress-rate"
 N_SEEDS, N_STEPS = 10, 400
@@ -130,8 +133,9 @@ def compare(
 ) -> None:
     """Compare strategies: which learns fastest, in looks, metres and seconds of the robot.
 
-    Writes table.json and, a folder a run, runs/. Ctrl-C, or a kill, loses no run that is done:
-    --resume makes the others, and the table is the same to the byte.
+    Writes report.html to look at first, table.json, table.md, figures/, leaderboard.md of several
+    sources, and runs/, a folder a run. Ctrl-C, or a kill, loses no run that is done: --resume
+    makes the others, and the results are the same to the byte.
     """
     talk = Talk(quiet=quiet, as_json=json)
     given = _Given(
@@ -166,7 +170,8 @@ def compare(
         raise typer.Exit(ctrl_c.status)
     table = make_table(contest)
     write_json_file(contest.folder / TABLE, table)
-    rows = {"runs": contest.n_runs, "written to": contest.folder}
+    write_reports(contest, table, _command_again(contest.settings))
+    rows = {**_rows(table), "written to": contest.folder}
     talk.results("compare", rows, {**table, "out": str(contest.folder)})
 
 
@@ -240,6 +245,27 @@ def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:
     folders = [OutputFolder(out, "compare", Path(s), option="--resume") for s in settings.sources]
     check_settings(settings)
     return Contest(settings, folders[0].path)
+
+
+def _command_again(settings: ContestSettings) -> list[str]:
+    """Return the words of a command that makes the same contest, in the folder of this one."""
+    length = ("--steps", str(settings.steps))
+    if settings.steps is None:
+        length = ("--seconds", f"{settings.seconds:g}")
+    words = ["curiosight", "compare", *(from_anywhere(Path(s)) for s in settings.sources)]
+    words += ["--strategies", ",".join(settings.strategies), "--seeds", str(settings.seeds)]
+    return [*words, *length, "--config", CONFIG]
+
+
+def _rows(table: Mapping[str, Any]) -> dict[str, str]:
+    """Return what a person wants to see: how soon each strategy is at 90 %, source by source."""
+    rows = {}
+    for source, of_source in table["sources"].items():
+        for name in ranked(of_source):
+            row = of_source["strategies"][name]
+            took = f"{cost(row, 'seconds', 90)} s to 90 %, reached by {reached(row, 90)}"
+            rows[f"{source} {name}"] = took
+    return rows
 
 
 def _follow(talk: Talk, contest: Contest, pool: Workers, ctrl_c: CtrlC) -> None:
