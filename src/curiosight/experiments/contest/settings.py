@@ -13,7 +13,7 @@ from typing import Any
 
 from curiosight.config import Config, config_of, read_toml, to_toml
 from curiosight.errors import DataError
-from curiosight.experiments.contest.running import LOOK_SECONDS
+from curiosight.experiments.contest.tour import LOOK_SECONDS
 
 SECTION = "compare"
 
