@@ -26,7 +26,7 @@ from curiosight.config import Config, TeacherConfig
 from curiosight.evaluation import MapScores, SplitKind
 from curiosight.experiments.components import heard, make_teacher
 from curiosight.experiments.evaluating import CrossValidation
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 from curiosight.teacher import Segmentation
 
 RESULTS = Path(__file__).parent / "results" / "presets.json"

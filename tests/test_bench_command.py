@@ -15,7 +15,7 @@ from command import call, interrupt_at, refusal, succeed
 from curiosight.config import load_config
 from curiosight.datasets import open_dataset
 from curiosight.experiments.racing import Build, Race
-from curiosight.experiments.timing import STAGES, StageTimes, Timing, one_thread
+from curiosight.experiments.timing import STAGES, WITH_FOREST, StageTimes, Timing, one_thread
 from curiosight.teacher import TemporalTeacher
 from recordings import truncate, write_folder
 
@@ -35,13 +35,22 @@ def test_all_stages_are_timed(room: Path, tmp_path: Path, capsys: Capsys) -> Non
         assert set(spent) == FIGURES
         assert 0 < spent["median_ms"] <= spent["p90_ms"]
         assert f"{stage} (ms)" in shown
+    # What the times depend on: a full buffer, of which a tree draws all rows or 16 000.
+    forest = load_config().forest
+    assert (figures["samples"], figures["places"]) == (forest.max_samples, 1)
+    assert 0 < figures["rows_a_tree"] <= (forest.max_rows or 0)
+    assert forest.n_regrown <= figures["trees_regrown_a_frame"] <= forest.n_trees
+    assert f"rows a tree {figures['rows_a_tree']} " in " ".join(shown.split()) + " "
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_one_stage_is_timed(stage: str, room: Path, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "bench.json"
     succeed(capsys, "bench", room, "--frames", 2, "--stage", stage, "--json", file, "--quiet")
-    assert list(json.loads(file.read_text())["stages"]) == [stage]
+    figures = json.loads(file.read_text())
+    assert list(figures["stages"]) == [stage]
+    assert ("rows_a_tree" in figures) == (stage in WITH_FOREST)
+    assert ("trees_regrown_a_frame" in figures) == (stage in ("learn", "step"))
 
 
 def test_without_poses_memory_is_left_out_and_that_is_said(tmp_path: Path, capsys: Capsys) -> None:

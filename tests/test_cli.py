@@ -11,6 +11,7 @@ import pytest
 
 import curiosight
 from command import call, files, refusal, succeed
+from curiosight.cli.lessons import tell_samples
 from curiosight.evaluation import PARTS
 from curiosight.learner.learner import SaliencyLearner
 from recordings import write_folder, write_image, write_osd, write_seven_scenes, write_tum
@@ -127,6 +128,22 @@ def test_learn_says_how_samples_are_capped(room: Path, tmp_path: Path, capsys: C
     assert "1000 of 4000, chosen at random" in shown
     # The recording was sampled sparingly; what the model learns on-line from a frame stays.
     assert SaliencyLearner.load(tmp_path / "out/model.npz").n_pixels == 700
+
+
+@pytest.mark.parametrize(
+    ("kept", "views", "drawn", "said"),
+    [
+        (700, [], None, "700"),
+        (5600, [8], 5600, "5600"),
+        (1000, [8], 5600, "1000 of 5600, chosen at random"),
+        (50, [3, 2], 30, "30 drawn; 50 in 3 forests, some in two of them"),
+        (50, [3, 2], None, "50 in 3 forests, some in two of them"),
+    ],
+)
+def test_samples_kept_twice_are_not_said_to_be_chosen_of_fewer(
+    kept: int, views: list[int], drawn: int | None, said: str
+) -> None:
+    assert tell_samples(kept, views, drawn) == said
 
 
 def test_map_finds_in_colour_what_depth_taught(

@@ -7,8 +7,9 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.learner.drift import WARM_UP, Drift
-from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts, Lesson
+from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts
 from curiosight.learner.forest import Forest
+from curiosight.learner.lesson import Lesson
 from curiosight.learner.looks import LOOK_SIZE
 from curiosight.learner.places import Places
 from curiosight.learner.sight import Sight

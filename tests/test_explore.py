@@ -57,6 +57,7 @@ class Diary:
             frame=SimpleNamespace(T_world_camera=None, depth=None, camera=None),
             segmentation=SimpleNamespace(labels=None),
             scores=np.empty(0, np.float32),
+            change=SimpleNamespace(has_drifted=False),
         )
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
@@ -221,9 +222,8 @@ def test_real_table_scenes_are_learned() -> None:
     dataset = open_dataset(Path(folder) / "data/osd_learn")
     config = Config.of_preset("default")
     learner = make_learner(config, make_teacher(config, dataset), np.random.default_rng(0))
-    held_out = HeldOut(
-        learner, find_truth(dataset, range(0, 45, 2), None).labelled_frames(Problems())
-    )
+    tested = find_truth(dataset, range(0, 45, 2), None).labelled_frames(Problems())
+    held_out = HeldOut(learner, describe_tests(learner, tested))
     views = [Viewpoint(index, 0) for index in range(1, 45, 2)]
     with room_world(dataset) as world:
         for _ in explore(world, learner, Chronological(views), len(views)):

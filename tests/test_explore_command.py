@@ -236,6 +236,16 @@ def test_model_is_kept_when_figures_fail(
     assert SaliencyLearner.load(tmp_path / "out/model.npz").forest.n_samples == 2100
 
 
+def test_report_says_that_its_errors_are_not_those_of_maps(
+    explored: Path, room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    said = "Errors are of superpixels, before maps follow the edges of the image"
+    assert said in (explored / "report.html").read_text()
+    options = ("--preset", "paper", "--steps", 1, "--out", tmp_path / "paper")
+    succeed(capsys, "explore", room, *options)
+    assert said not in (tmp_path / "paper/report.html").read_text()
+
+
 def test_model_predicts_what_the_run_learned(explored: Path) -> None:
     learner = SaliencyLearner.load(explored / "model.npz")
     black = np.zeros((120, 160, 3), np.uint8)

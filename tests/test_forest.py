@@ -13,7 +13,8 @@ from curiosight.learner.forest import Forest
 from curiosight.learner.forest_buffer import Samples
 from curiosight.learner.forest_draws import take_points
 from curiosight.learner.forest_growth import grow_tree
-from curiosight.learner.forest_kernels import add_votes, find_cut, make_room
+from curiosight.learner.forest_splits import find_cut, make_room
+from curiosight.learner.forest_votes import add_votes
 from reference_trees import ReferenceRandom, ReferenceTree, depth_of, reference_points, unpack
 
 

@@ -1,4 +1,4 @@
-"""Forests whose trees draw rows: what they draw, which regrow, and what the others say of it."""
+"""Forests whose trees draw rows: what they draw, and which regrow."""
 
 from __future__ import annotations
 
@@ -129,38 +129,6 @@ def test_chosen_trees_regrow():
         forest.regrow([6])
 
 
-def test_out_of_tree_is_the_mean_vote_of_the_trees_that_did_not_draw_the_row():
-    forest = make_forest()
-    forest.update(*repeated(np.random.default_rng(6), 150))
-    forest.update(*repeated(np.random.default_rng(7), 150))
-    rows, expected = forest.rows, np.full(900, np.nan, np.float32)
-    drawn = np.array([reference_is_drawn(rows, t.seed, t.bound) for t in forest._trees]).T
-    votes = forest.votes(rows)
-    for index in np.flatnonzero(~drawn.all(axis=1)):
-        expected[index] = votes[index, ~drawn[index]].mean()
-    assert np.isnan(expected).any()
-    np.testing.assert_allclose(forest.out_of_tree(), expected, atol=1e-6)
-    chosen = np.array([5, 700, 5])
-    np.testing.assert_array_equal(forest.out_of_tree(chosen), forest.out_of_tree()[chosen])
-
-
-def test_out_of_tree_is_honest_where_the_trees_know_their_rows_by_heart():
-    rng = np.random.default_rng(8)
-    rows, is_salient = rng.integers(0, 256, (600, 6)).astype(np.uint8), rng.random(600) < 0.5
-    forest = make_forest(n_trees=30, min_split=2, max_depth=30, max_rows=1000)
-    forest.fit(rows, is_salient)
-    by_heart = np.mean((forest.predict(forest.rows) > 0.5) == forest.is_salient)
-    honest = np.mean((forest.out_of_tree() > 0.5) == forest.is_salient)
-    assert by_heart > 0.95
-    assert abs(honest - 0.5) < 0.07
-
-
-def test_out_of_tree_is_unknown_where_trees_draw_samples():
-    forest = make_forest(max_rows=None)
-    forest.fit(*repeated(np.random.default_rng(9), 50))
-    assert np.isnan(forest.out_of_tree()).all()
-
-
 def test_what_the_trees_drew_is_kept_with_them():
     forest = make_forest(n_levels=128)
     forest.update(*repeated(np.random.default_rng(10), 100))
@@ -168,8 +136,9 @@ def test_what_the_trees_drew_is_kept_with_them():
     assert restored.settings() == forest.settings()
     arrays = forest.state_arrays()
     restored.restore(arrays)
-    np.testing.assert_array_equal(restored.out_of_tree(), forest.out_of_tree())
-    assert [tree.birth for tree in restored._trees] == [tree.birth for tree in forest._trees]
+    for name in ("seed", "bound", "birth"):
+        kept = [getattr(tree, name) for tree in restored._trees]
+        assert kept == [getattr(tree, name) for tree in forest._trees]
     for name in ("tree_seeds", "tree_bounds", "tree_births"):
         with pytest.raises(ValueError, match=rf"{name}: expected \(6,\) \w+, got \(5,\)"):
             restored.restore(arrays | {name: arrays[name][:5]})

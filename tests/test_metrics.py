@@ -107,25 +107,6 @@ def test_ranking_agrees_with_scikit_learn(
     assert (ranking.n_positive, ranking.n_negative) == (truth.sum(), (~truth).sum())
 
 
-def test_weighted_rows_rank_like_their_pixels() -> None:
-    pixels, rows = Scores(), Scores()
-    rng = np.random.default_rng(1)
-    for _ in range(3):
-        superpixels = rng.integers(0, 12, (20, 30))
-        is_positive = rng.random((20, 30)) < (superpixels + 1) / 14
-        scores = np.round(rng.random(12) + superpixels.max() / 50, 1).astype(np.float32)
-        pixels.add(scores[superpixels], is_positive)
-        rows.add_rows(
-            scores,
-            np.bincount(superpixels[is_positive], minlength=12),
-            np.bincount(superpixels[~is_positive], minlength=12),
-        )
-    by_pixel, by_row = pixels.ranking(), rows.ranking()
-    for name in ("roc_auc", "average_precision", "best_f1", "best_threshold", "f1", "n_positive"):
-        assert getattr(by_row, name) == getattr(by_pixel, name)
-    np.testing.assert_array_equal(by_row.roc, by_pixel.roc)
-
-
 @given(
     arrays(np.float32, 30, elements=st.sampled_from([0, 0.25, 0.5, 1])),
     arrays(np.bool_, 30).filter(lambda is_positive: 0 < is_positive.sum() < 30),
@@ -196,8 +177,6 @@ def test_bad_scores_are_refused() -> None:
         scores.add(saliency, np.array([True, False]))
     with pytest.raises(ValueError, match=r"is_positive: expected \(2,\) bool, got \(2,\) uint8"):
         scores.add(saliency, np.array([255, 0], np.uint8))
-    with pytest.raises(ValueError, match="n_negative: expected"):
-        scores.add_rows(np.float32([0.1]), np.array([1]), np.array([-1]))
 
 
 def test_maps_of_few_values_need_little_memory() -> None:

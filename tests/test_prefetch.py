@@ -140,6 +140,7 @@ def test_frames_in_order_come_while_the_next_three_are_decoded() -> None:
         time.sleep(0.02)
         assert dataset.decoded == [9, 4, 6, 2]
         assert [frame.id for frame in in_order] == ["4", "6", "2", "8"]
+        assert not frames._cache
     assert dataset.decoded == [9, 4, 6, 2, 8]
 
 

@@ -18,7 +18,6 @@ from curiosight.rooms.things import KINDS
 from curiosight.rooms.truth import (
     across,
     draw_truth,
-    object_ids,
     role_of_furniture,
     role_of_thing,
 )
@@ -131,11 +130,6 @@ def test_outline_beside_ignored_pixels_is_kept() -> None:
     ids = np.full((9, 20), ON_SHELF, np.int32)
     ids[:, 10:] = MUG
     np.testing.assert_array_equal(draw_truth(ids, PARTS)[4], [125] * 10 + [255] * 10)
-
-
-def test_object_ids_are_those_of_objects() -> None:
-    ids = np.arange(len(PARTS) + 1, dtype=np.int32)[None]
-    np.testing.assert_array_equal(object_ids(ids, PARTS), [[0, 0, 0, MUG, BOWL, 0, TINY, HUGE]])
 
 
 @pytest.mark.parametrize("number", [-1, len(PARTS) + 1])

@@ -27,8 +27,7 @@ def slab(width: float, low: float, high: float, *, at: tuple[float, float] = (0,
 def test_the_larger_of_two_surfaces_over_each_other_is_the_top() -> None:
     floor, top, apron = slab(2.0, 0, 0.01), slab(0.5, 0.55, 0.56), slab(0.4, 0.37, 0.38)
     jar = slab(0.12, 0.57, 0.8)
-    seen = np.concatenate([floor, top, apron, jar])
-    (table,) = map_tables(np.concatenate([top, apron]), seen, UP, 0.0)
+    (table,) = map_tables([top, apron], [floor, top, apron, jar], UP, 0.0)
     assert abs(table.height - 0.55) < 0.02
     assert table.kind is Kind.DOUBTFUL
 

@@ -11,7 +11,8 @@ from curiosight.explorer.outcome import Outcome
 if TYPE_CHECKING:  # the loop only calls what it is given
     from curiosight.explorer import Strategy
     from curiosight.frame import Viewpoint
-    from curiosight.learner.learner import Observation, SaliencyLearner
+    from curiosight.learner.learner import SaliencyLearner
+    from curiosight.learner.observation import Observation
     from curiosight.worlds import World
 
 

@@ -93,7 +93,7 @@ class Ranking:
     best_f1, best_threshold: the highest F1, and a threshold: what scores above it is positive.
     f1: at the threshold that was asked for.
     roc: (n, 2) false and true positive rates from (0, 0) to (1, 1); empty without roc_auc.
-    n_positive, n_negative: pixels, or the sums of their weights.
+    n_positive, n_negative: pixels.
     """
 
     roc_auc: float | None
@@ -111,7 +111,7 @@ class Scores:
 
     Equal scores of a frame are kept once, with their number: a saliency map has few different
     values, so a long recording fits in little memory. Scores are kept as float32, and so are
-    weights (whole numbers up to 16 million exactly).
+    numbers (exact up to 16 million).
     """
 
     def __init__(self) -> None:
@@ -129,19 +129,6 @@ class Scores:
                 raise ValueError(f"{name}: expected {saliency.shape} bool, got {found}")
         for pool, chosen in ((self._positive, is_positive), (self._negative, ~is_positive)):
             pool.add(*np.unique(saliency[chosen & is_used], return_counts=True))
-
-    def add_rows(
-        self,
-        scores: npt.NDArray[np.floating],
-        n_positive: npt.NDArray[Any],
-        n_negative: npt.NDArray[Any],
-    ) -> None:
-        """Add (n,) rows that each stand for a number of positive and of negative pixels."""
-        for name, weights in (("n_positive", n_positive), ("n_negative", n_negative)):
-            if weights.shape != scores.shape or not (weights >= 0).all():
-                raise ValueError(f"{name}: expected {scores.shape} numbers of 0 or more")
-        for pool, weights in ((self._positive, n_positive), (self._negative, n_negative)):
-            pool.add(scores[weights > 0], weights[weights > 0])
 
     def ranking(self, *, threshold: float = 0.5, n_roc_points: int = 200) -> Ranking:
         """Return the metrics of all scores so far, pooled over frames (sec. III-A).

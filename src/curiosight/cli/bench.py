@@ -144,6 +144,9 @@ def _rows(figures: dict[str, Any]) -> dict[str, Any]:
     if against is not None:
         rows["other"] = f"{against['package']}, {against['version']}"
         rows["rounds"] = against["rounds"]
+    for name in ("samples", "places", "rows_a_tree", "trees_regrown_a_frame"):
+        if name in figures:
+            rows[name.replace("_", " ")] = str(figures[name])
     rows["threads"] = figures["threads"]
     rows["processor"] = figures["processor"]
     return rows

@@ -14,7 +14,12 @@ from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import example_of
 from curiosight.cli.explore_report import LEFTOVERS, REPORT, draw_figures, exploration_report
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons, tell_places
+from curiosight.cli.lessons import (
+    LEARNED_NOTHING_STATUS,
+    tell_lessons,
+    tell_places,
+    tell_samples,
+)
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
@@ -250,10 +255,11 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
             summary["frames_tested"],
         ),
         "tested on": _tested_on(summary),
-        "samples": summary["samples"],
+        "samples": tell_samples(summary["samples"], summary["places"]),
         **tell_places(summary["places"]),
-        "travel": f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees",
     }
+    if summary["metres"] or summary["degrees"]:  # neither is known without poses
+        rows["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees"
     for stage, spent in summary["stages"].items():
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["written to"] = folder.path

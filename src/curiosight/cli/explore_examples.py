@@ -9,7 +9,7 @@ from curiosight.datasets.dataset import GroundTruth
 from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
 from curiosight.explore import Step
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.examples import Example
 

@@ -143,7 +143,7 @@ def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
         f"{count(run.regions.n_regions, 'region')}, {way}, and learned from depth how objects "
         "look in colour."
     )
-    if summary["places"]:
+    if len(summary["places"]) > 1:
         n_views = ", ".join(map(str, summary["places"]))
         sentence += f" It told {count(len(summary['places']), 'place')} apart ({n_views} views)."
     errors = _known(run, "overall_error")
@@ -203,7 +203,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         "looks that taught nothing about objects": run.lessons.in_short(),
         "versions": ", ".join(versions()),
     }
-    if summary["metres"]:
+    if summary["metres"] or summary["degrees"]:
         facts["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f}°"
     times_ms = {
         _STAGES.get(stage, stage): spent["median_ms"]
@@ -231,6 +231,11 @@ def _limits(run: Exploration) -> Iterator[str]:
         yield (
             "No frames were kept for testing: errors are those of each frame before the model "
             "learned from it, against what depth says. The option --test-every 10 keeps some."
+        )
+    if run.config.learner.follow_edges:
+        yield (
+            "Errors are of superpixels, before maps follow the edges of the image: `curiosight "
+            "evaluate` scores the maps themselves, and tells somewhat other errors."
         )
     if run.held_out.n_given > run.held_out.n_frames > 0:
         yield (

@@ -9,7 +9,12 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons, tell_places
+from curiosight.cli.lessons import (
+    LEARNED_NOTHING_STATUS,
+    tell_lessons,
+    tell_places,
+    tell_samples,
+)
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
@@ -46,7 +51,8 @@ def learn(
     """Learn a whole recording at once: the off-line model, the least error to expect.
 
     Every frame gives as many labelled pixels (learner.n_pixels; fewer in a very long recording);
-    of all of them a uniformly random choice that fits the buffer (forest.max_samples) is kept.
+    of all of them, or of those of each place, a uniformly random choice that fits the buffer
+    (forest.max_samples) is kept.
     Frames with poses are looked at twice, the second time by what all of them have told.
     Writes config.toml, model.npz and summary.json. Ctrl-C, or a signal to end (SIGTERM, SIGHUP),
     ends it early: the model then knows the frames up to there. So does the model.npz that is
@@ -102,10 +108,10 @@ def _keep(off_line: OffLine, keeping: Keeping, folder: OutputFolder) -> None:
 
 def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
-    drawn, kept = summary["samples_drawn"], summary["samples_kept"]
+    places, drawn = summary["places"], summary["samples_drawn"]
     return {
         "frames": summary["frames"],
-        "samples": drawn if drawn == kept else f"{kept} of {drawn}, chosen at random",
-        **tell_places(summary["places"]),
+        "samples": tell_samples(summary["samples_kept"], places, drawn),
+        **tell_places(places),
         "written to": folder.path,
     }

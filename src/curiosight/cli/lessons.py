@@ -27,6 +27,17 @@ def tell_places(views: Sequence[int]) -> dict[str, str]:
     return {"places": f"{len(views)}, of {', '.join(map(str, views))} views"}
 
 
+def tell_samples(n_kept: int, views: Sequence[int], n_drawn: int | None = None) -> str:
+    """Say how many samples a model keeps, and of how many that were drawn.
+
+    views: of each place; where there are several, the common forest keeps some of theirs, too.
+    """
+    if len(views) > 1:
+        kept = f"{n_kept} in {len(views) + 1} forests, some in two of them"
+        return kept if n_drawn is None else f"{n_drawn} drawn; {kept}"
+    return str(n_kept) if n_drawn in (None, n_kept) else f"{n_kept} of {n_drawn}, chosen at random"
+
+
 def lesson_problems(lessons: Lessons, *, has_learned: bool) -> Iterator[str]:
     """Yield what a report and a warning say where most looks taught nothing, or all of them."""
     if lessons.is_suspect or not has_learned:

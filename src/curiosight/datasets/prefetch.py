@@ -80,10 +80,17 @@ class Prefetch:
         return frame
 
     def in_order(self, indices: Iterable[int], *, n_ahead: int = 3) -> Iterator[Frame]:
-        """Yield the frames asked for, in order; the next `n_ahead` are decoded meanwhile."""
-        in_turn = list(indices)
+        """Yield the frames asked for, in order; the next `n_ahead` are decoded meanwhile.
+
+        A frame is let go of after its last turn. Raises `IndexError` as `expect` does.
+        """
+        in_turn = [range(len(self.dataset))[index] for index in indices]
+        last_turn = {index: turn for turn, index in enumerate(in_turn, start=1)}
         for turn, index in enumerate(in_turn, start=1):
             frame = self[index]
+            if turn == last_turn[index]:
+                with self._changed:
+                    self._drop(index)
             self.expect(in_turn[turn : turn + n_ahead])
             yield frame
 
@@ -164,8 +171,13 @@ class Prefetch:
             if self._n_bytes <= self._capacity or len(self._cache) == 1:
                 break
             if oldest != index:
-                self._n_bytes -= frame_bytes(self._cache.pop(oldest))
-                self._ahead.discard(oldest)
+                self._drop(oldest)
+
+    def _drop(self, index: int) -> None:
+        """Let go of a frame, if it is kept."""
+        frame = self._cache.pop(index, None)
+        self._n_bytes -= frame_bytes(frame) if frame else 0
+        self._ahead.discard(index)
 
 
 def frame_bytes(frame: Frame) -> int:

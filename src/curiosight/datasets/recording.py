@@ -136,11 +136,6 @@ class Recording:
         return self.has_any_unit and self.depth_form.is_assumed
 
     @property
-    def has_confidence(self) -> bool:
-        """Tell whether frames say how sure their depth is."""
-        return any(entry.confidence for entry in self.entries)
-
-    @property
     def depth_scale(self) -> float:
         """Return metres per unit of depth."""
         return self.depth_form.float_scale if self._has_floats else self.depth_form.scale

@@ -1,6 +1,6 @@
 """How good a model and its teacher are, against ground truth or each other (sec. III)."""
 
-from curiosight.evaluation.bootstrap import Interval, bootstrap_interval, mean_interval
+from curiosight.evaluation.bootstrap import Interval, bootstrap_interval
 from curiosight.evaluation.held_out import HeldOut, TestView, describe_tests
 from curiosight.evaluation.instances import InstanceScore, instance_table, score_instances
 from curiosight.evaluation.map_scores import PARTS, FrameScore, MapScores
@@ -51,7 +51,6 @@ __all__ = [
     "f1_error_of_rows",
     "instance_table",
     "make_folds",
-    "mean_interval",
     "missed_by_reason",
     "precision_recall",
     "roc_auc",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,18 +53,6 @@ def bootstrap_interval(
         return None
     low, high = np.quantile(figures, [(1 - confidence) / 2, (1 + confidence) / 2])
     return Interval(float(low), float(high))
-
-
-def mean_interval(
-    figures: Sequence[float | None],
-    rng: np.random.Generator,
-    *,
-    n_resamples: int = 1000,
-    confidence: float = 0.95,
-) -> Interval | None:
-    """Return the interval of the mean over the frames where a figure has a meaning."""
-    known = np.array([figure for figure in figures if figure is not None], np.float64)
-    return bootstrap_interval(known, float, rng, n_resamples=n_resamples, confidence=confidence)
 
 
 def _resampled_means(

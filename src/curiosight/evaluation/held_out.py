@@ -45,8 +45,9 @@ def describe_tests(
     frames: pairs of a frame and its (H, W) labels: 255 salient, 0 not salient, anything else
         ignored. Of a frame its colour and its pose count.
 
-    Superpixels are scored with all of their pixels; where every pixel has a row of its own, only
-    each `GRID`-th pixel of each `GRID`-th line of the shrunken image is.
+    Superpixels are scored with all of their pixels, as they are: before maps follow edges. Where
+    every pixel has a row of its own, only each `GRID`-th pixel of each `GRID`-th line of the
+    shrunken image is.
     """
     for frame, labels in frames:
         description = learner.describe(frame.rgb)

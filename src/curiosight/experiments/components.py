@@ -17,7 +17,8 @@ from curiosight.explorer.ground import Ways
 from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
 from curiosight.learner.places import Places
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import (

@@ -11,8 +11,9 @@ from curiosight.evaluation import MapScores, Reliability
 from curiosight.evaluation.baselines.depth_noise import depth_noise
 from curiosight.frame import Frame
 from curiosight.learner.description import Labels
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.maps import Maps
+from curiosight.learner.observation import Teaches
 
 LEARNED, FUSED, DEPTH = "learned", "fused", "depth"
 

@@ -29,7 +29,8 @@ from curiosight.experiments.problems import Problems
 from curiosight.experiments.timing import one_thread
 from curiosight.experiments.truth import Truth, find_truth
 from curiosight.frame import Frame
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
 
 # Frames that a comparison shows.
 N_SHOWN = 6

@@ -45,7 +45,11 @@ RESULTS = (MODEL, "summary.json")
 
 @dataclass(frozen=True, slots=True)
 class StepRow:
-    """One line of steps.csv; travel is summed from the start."""
+    """One line of steps.csv; travel is summed from the start.
+
+    error, overall_error: of rows (superpixels), before maps follow edges; `Evaluation` scores maps.
+    samples: in all forests; one may be in two.
+    """
 
     step: int
     id: str

@@ -17,8 +17,9 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.frame import Frame
-from curiosight.learner.experts import Lesson
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.lesson import Lesson
+from curiosight.learner.observation import Teaches
 from curiosight.teacher import Segmentation, Survey, TemporalTeacher
 
 SPARE = 4

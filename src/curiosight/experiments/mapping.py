@@ -16,7 +16,8 @@ from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
 from curiosight.learner.description import Saliency
-from curiosight.learner.learner import SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
 
 # By the folder that they are written to: "" is that of the saliency maps.
 MapsOf = Callable[[Frame], Mapping[str, npt.NDArray[Any]]]

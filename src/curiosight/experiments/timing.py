@@ -24,7 +24,7 @@ from curiosight.experiments.components import (
 )
 from curiosight.frame import Frame
 from curiosight.learner.description import Description, Labels, fit_labels
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 
 STAGES = ("segment", "segment_memory", "describe", "predict", "learn", "map", "step")
 # Of a model that has learned, and of the model's features alone.
@@ -110,6 +110,7 @@ class Timing:
         self._filling = _spread(n_filling, len(dataset)) if chosen & WITH_FOREST else []
         self._image: tuple[int, int] | None = None
         self.n_timed = 0
+        self._n_regrown: list[int] = []
 
     def _no_memory(self) -> str | None:
         """Return why no teacher can remember this recording; None = one can."""
@@ -190,11 +191,13 @@ class Timing:
                 times["predict"].run(lambda: learner.predict(description))
             if "learn" in times:
                 labels = self._labels(frame, description)
-                times["learn"].run(lambda: learner.learn(description, labels))
+                change = times["learn"].run(lambda: learner.learn(description, labels))
+                self._n_regrown.append(change.n_regrown)
         if "map" in times:
             times["map"].run(lambda: learner.saliency(frame.rgb))
         if "step" in times:
-            times["step"].run(lambda: learner.observe(frame))
+            observation = times["step"].run(lambda: learner.observe(frame))
+            self._n_regrown.append(observation.change.n_regrown)
 
     def figures(self) -> dict[str, Any]:
         """Return the times of the frames so far and what they were measured on, JSON-able."""
@@ -207,6 +210,7 @@ class Timing:
             "frames": self.n_timed,
             "image": f"{width}x{height}",
             "threads": 1,
+            **self._model(),
             "processor": processor(),
             "python": platform.python_version(),
             "stages": {
@@ -214,6 +218,21 @@ class Timing:
             },
             "left_out": self.left_out,
         }
+
+    def _model(self) -> dict[str, Any]:
+        """Return what the times of a model that has learned depend on; nothing without one."""
+        experts = self.learner.experts
+        if not experts.is_trained:
+            return {}
+        forests = experts.of_place or (experts.common,)
+        model: dict[str, Any] = {
+            "samples": experts.n_samples,
+            "places": len(forests),
+            "rows_a_tree": round(float(np.mean([forest.n_drawn for forest in forests]))),
+        }
+        if self._n_regrown:
+            model["trees_regrown_a_frame"] = round(float(np.mean(self._n_regrown)), 1)
+        return model
 
 
 def _spread(n_chosen: int, n_frames: int) -> list[int]:

@@ -16,7 +16,7 @@ from curiosight.evaluation import away_from, every_nth
 from curiosight.experiments.components import place
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Depth, Frame
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 
 Labels = npt.NDArray[np.uint8]
 Kind = Literal["ground truth", "teacher", "nothing"]

@@ -56,6 +56,13 @@ class Labelled(Protocol):
     def labels(self) -> npt.NDArray[np.uint8]: ...
 
 
+class Learned(Protocol):
+    """What learning from a frame changed."""
+
+    @property
+    def has_drifted(self) -> bool: ...
+
+
 class Observed(Protocol):
     """What a learner makes of a frame."""
 
@@ -67,6 +74,8 @@ class Observed(Protocol):
     def scores(self) -> npt.NDArray[np.float32]: ...
     @property
     def error(self) -> float | None: ...
+    @property
+    def change(self) -> Learned: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,19 +84,23 @@ class Outcome:
 
     error: 1 - F1 of the prediction there (eq. 1); None = undefined, as nothing salient is known.
     seconds: of the way there. uncertainty: mean of 1 - |2 s - 1| over the scores s; None = not
-    known. seen: None where the way or the depth is not known.
+    known. seen: None where the pose or the depth is not known. has_changed: the place is no longer
+    what was learned of it.
     """
 
     error: float | None = None
     seconds: float = 0.0
     uncertainty: float | None = None
     seen: Seen | None = None
+    has_changed: bool = False
 
     @classmethod
     def of(cls, observation: Observed, seconds: float) -> Self:
         """Return what an observation tells; seconds: of the way there."""
         seen = Seen.of(observation.frame, observation.segmentation.labels)
-        return cls(observation.error, seconds, mean_uncertainty(observation.scores), seen)
+        uncertainty = mean_uncertainty(observation.scores)
+        has_changed = observation.change.has_drifted
+        return cls(observation.error, seconds, uncertainty, seen, has_changed)
 
 
 def mean_uncertainty(scores: npt.NDArray[np.float32]) -> float | None:

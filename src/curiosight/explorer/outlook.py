@@ -30,8 +30,9 @@ class Outlook:
     hides another is known once it has been seen itself.
 
     poses: T_world_camera of each view; None = nothing can be said of it.
-    depth: (n_views, cells) metres, inf = not known. n_seen: looks that showed it.
-    n_salient: of those, how many an object there.
+    depth: (n_views, cells) metres, inf = not known.
+    n_seen: looks that showed it so, each counting as much as it was from the same side and as
+    near. n_told, n_salient: looks that told whether it is an object, and that said so.
     """
 
     def __init__(self, poses: list[Pose | None]) -> None:
@@ -42,12 +43,13 @@ class Outlook:
         shape = n_views, N_ACROSS * N_DOWN
         self.depth = np.full(shape, np.inf, np.float32)
         self.n_seen = np.zeros(shape, np.float32)
+        self.n_told = np.zeros(shape, np.float32)
         self.n_salient = np.zeros(shape, np.float32)
 
-    def add(self, seen: Seen, could_see: npt.NDArray[np.bool_]) -> None:
+    def add(self, seen: Seen, T_world_camera: Pose, could_see: npt.NDArray[np.bool_]) -> None:
         """Draw what a look showed into the views that could see it.
 
-        could_see: (n_views,) of each view whether it is near enough.
+        T_world_camera: from where. could_see: (n_views,) of each view whether it is near enough.
         """
         is_salient = seen.labels == Label.SALIENT
         is_known = is_salient | (seen.labels == Label.NOT_SALIENT)
@@ -55,10 +57,12 @@ class Outlook:
             np.asarray(seen.points, np.float64),
             is_salient.astype(np.uint8),
             is_known.astype(np.uint8),
+            np.asarray(T_world_camera[:3, 3], np.float64),
             np.flatnonzero(could_see & self.is_posed),
             self._T_world_camera,
             self.depth,
             self.n_seen,
+            self.n_told,
             self.n_salient,
         )
 
@@ -70,11 +74,12 @@ class Outlook:
     @property
     def is_salient(self) -> npt.NDArray[np.bool_]:
         """(n_views, cells): those that most looks took for an object."""
-        return self.n_salient > self.n_seen / 2
+        return self.n_salient > self.n_told / 2
 
     def forget(self, views: Array, share: float) -> None:
         """Believe what is known of some views only in part, as where things have changed."""
         self.n_seen[views] *= 1 - share
+        self.n_told[views] *= 1 - share
         self.n_salient[views] *= 1 - share
 
 
@@ -83,10 +88,12 @@ def _draw(
     points: Array,
     is_salient: Array,
     is_known: Array,
+    eye: Array,
     views: Array,
     T_world_camera: Array,
     depth: Array,
     n_seen: Array,
+    n_told: Array,
     n_salient: Array,
 ) -> None:
     """Draw (n, 3) points into views: per cell the nearest of them, seen once more."""
@@ -118,9 +125,28 @@ def _draw(
             if z < before - tolerance:  # it hides what was known
                 depth[view, cell] = z
                 n_seen[view, cell] = 0
+                n_told[view, cell] = 0
                 n_salient[view, cell] = 0
             elif z > before + tolerance:  # it is hidden
                 continue
-            n_seen[view, cell] += 1
-            if is_known[which[cell]]:
-                n_salient[view, cell] += is_salient[which[cell]]
+            p = which[cell]
+            n_seen[view, cell] += _alike(points[p], eye, t)
+            if is_known[p]:
+                n_told[view, cell] += 1
+                n_salient[view, cell] += is_salient[p]
+
+
+@njit(cache=True, nogil=True)
+def _alike(point: Array, eye: Array, other: Array) -> float:
+    """Return in [0, 1] how alike a point looks from two places: the side, and how near."""
+    dot, square, other_square = 0.0, 0.0, 0.0
+    for axis in range(3):
+        a, b = eye[axis] - point[axis], other[axis] - point[axis]
+        dot += a * b
+        square += a * a
+        other_square += b * b
+    if dot <= 0:
+        return 0.0
+    cosine = dot / np.sqrt(square * other_square)
+    nearness = np.sqrt(min(square, other_square) / max(square, other_square))
+    return float(cosine * cosine * nearness)

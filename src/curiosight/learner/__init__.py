@@ -5,6 +5,7 @@ first, then `forest.py`; `features/` says what an image is described by.
 """
 
 from curiosight.learner.forest import Forest
-from curiosight.learner.learner import Observation, SaliencyLearner, Teaches
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Observation, Teaches
 
 __all__ = ["Forest", "Observation", "SaliencyLearner", "Teaches"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from threading import Lock
 from typing import NamedTuple
 
@@ -13,10 +12,10 @@ import numpy.typing as npt
 from curiosight.learner.drift import Drift
 from curiosight.learner.features import Rows
 from curiosight.learner.forest import Forest
+from curiosight.learner.lesson import Labels, Lesson, join_lessons
 from curiosight.learner.places import Places
 from curiosight.learner.sight import Sight
 
-Labels = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.int64]
 Arrays = dict[str, npt.NDArray[np.generic]]
 # A forest with its samples' rows, whether each is salient, and the spot of each.
@@ -48,28 +47,6 @@ class Change(NamedTuple):
     @property
     def n_regrown(self) -> int:
         return sum(map(len, self.trees.values()))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Lesson:
-    """What one view teaches.
-
-    rows, is_salient: (n, F) and (n,) samples. sight: what tells its place.
-    share: of its labelled pixels, those that are salient; None = as of the samples.
-    """
-
-    rows: Rows
-    is_salient: Labels
-    sight: Sight | None = None
-    share: float | None = None
-
-    def counts(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Return (n,) of how much each sample stands for, where salient and where not."""
-        salient, other = self.is_salient.astype(float), (~self.is_salient).astype(float)
-        if self.share is None:
-            return salient, other
-        n_salient, n_other = max(salient.sum(), 1), max(other.sum(), 1)
-        return salient * self.share / n_salient, other * (1 - self.share) / n_other
 
 
 class Experts:
@@ -340,13 +317,6 @@ def _evict(forest: Forest) -> None:
     """Let go of the samples that are too many."""
     none = np.empty((0, forest.n_features), np.uint8), np.empty(0, np.bool_)
     forest.add(*none)
-
-
-def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:
-    """Return the samples of all lessons, one after the other."""
-    nothing = Lesson(np.empty((0, n_features), np.uint8), np.empty(0, np.bool_))
-    rows = np.concatenate([lesson.rows for lesson in (nothing, *lessons)])
-    return rows, np.concatenate([lesson.is_salient for lesson in (nothing, *lessons)])
 
 
 def _spot(places: Places, lesson: Lesson) -> int:

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.learner.forest_buffer import DistinctRows, Samples
-from curiosight.learner.forest_draws import ALL_KEYS, Keys, find_unseen, take_points
+from curiosight.learner.forest_draws import ALL_KEYS, take_points
 from curiosight.learner.forest_growth import grow_tree
-from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows, add_votes
+from curiosight.learner.forest_kernels import FEATURE_BITS, N_BINS, Indices, Rows
 from curiosight.learner.forest_trees import Arrays, Tree, pack_draws, pack_trees, unpack_trees
+from curiosight.learner.forest_votes import add_votes
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 Result = TypeVar("Result")
@@ -55,8 +56,8 @@ class Forest:
 
     One thread at a time may learn; any number may predict meanwhile. All that learns puts its
     new trees and samples into place in one assignment, so every call of `predict`, `votes`,
-    `out_of_tree`, `rows` and `state_arrays` answers from the forest as it was before, or as it
-    is after, never from a mixture.
+    `rows` and `state_arrays` answers from the forest as it was before, or as it is after, never
+    from a mixture.
     """
 
     def __init__(
@@ -120,6 +121,14 @@ class Forest:
     @property
     def n_samples(self) -> int:
         return len(self._known.samples.places)
+
+    @property
+    def n_drawn(self) -> int:
+        """Return about how many rows a tree of an update draws; without `max_rows`, samples."""
+        if self.max_rows is None:
+            return max(1, round(self.share * self.n_samples))
+        n_rows = len(self._known.samples.distinct_rows().places)
+        return round(n_rows * self._bound(n_rows, is_limited=True) / ALL_KEYS)
 
     @property
     def rows(self) -> Rows:
@@ -223,27 +232,6 @@ class Forest:
                 is_hard = self.vote == "hard"
                 add_votes(tree.nodes, tree.values, tree.depth, rows, is_hard, votes_of_tree)
         return votes.T
-
-    def out_of_tree(self, chosen: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float32]:
-        """Return the (n,) mean votes that samples get from the trees that did not draw their row.
-
-        Against their labels this is an honest estimate of the error on rows like them. NaN where
-        no tree is known not to have drawn the row: everywhere without `max_rows`.
-
-        chosen: (n,) places in the buffer; None = all.
-        """
-        rows, keys, trees, of_sample = self._read(partial(_rows_of, chosen))
-        total, n_votes = np.zeros(len(rows), np.float32), np.zeros(len(rows), np.int64)
-        places = np.arange(len(rows), dtype=np.int32)
-        for tree in trees:
-            unseen = find_unseen(places, keys, np.uint64(tree.seed), np.uint64(tree.bound))
-            votes = np.zeros(len(unseen), np.float32)
-            is_hard = self.vote == "hard"
-            add_votes(tree.nodes, tree.values, tree.depth, rows[unseen], is_hard, votes)
-            total[unseen] += votes
-            n_votes[unseen] += 1
-        means = np.where(n_votes > 0, total / np.maximum(n_votes, 1), np.nan)
-        return means.astype(np.float32)[of_sample]
 
     def settings(self) -> dict[str, int | float | str]:
         """Return what `__init__` needs for another such forest, but seed and threads.
@@ -423,16 +411,6 @@ class Forest:
                 f"rows: expected (n, {self.n_features}) uint8, got {rows.shape} {rows.dtype}"
             )
         return np.require(rows, requirements=["C_CONTIGUOUS", "WRITEABLE"])
-
-
-def _rows_of(
-    chosen: npt.NDArray[np.int64] | None, known: Known
-) -> tuple[Rows, Keys, tuple[Tree, ...], npt.NDArray[np.int64]]:
-    """Return (R, F) rows of the buffer with their keys, the trees, and each sample's (n,) row."""
-    trees, samples = known
-    places = samples.places if chosen is None else samples.places[chosen]
-    places, of_sample = np.unique(places, return_inverse=True)
-    return samples.table[places], samples.keys[places], trees, of_sample
 
 
 def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:

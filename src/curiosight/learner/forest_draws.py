@@ -19,6 +19,7 @@ from curiosight.learner.forest_kernels import (
     Rows,
     draw_below,
     kernel,
+    mix,
 )
 
 Labels = npt.NDArray[np.bool_]
@@ -26,14 +27,6 @@ Keys = npt.NDArray[np.uint64]
 
 # A row is drawn where its key, mixed with the tree's seed, is below a bound out of so many.
 ALL_KEYS = 1 << 32
-
-
-@kernel
-def mix(number: np.uint64) -> np.uint64:
-    """Return the number with all its bits stirred (the last steps of splitmix64)."""
-    number = (number ^ (number >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    number = (number ^ (number >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return number ^ (number >> np.uint64(31))
 
 
 @kernel
@@ -146,13 +139,3 @@ def draw_rows(
         drawn[n_drawn] = row
         n_drawn += int(is_drawn(keys[np.uint32(rows[row])], seed, bound))
     return rows[drawn[:n_drawn]], counts[drawn[:n_drawn]]
-
-
-@kernel
-def find_unseen(rows: Indices, keys: Keys, seed: np.uint64, bound: np.uint64) -> Indices:
-    """Return the places in `rows` of the rows that a tree does not draw."""
-    places, n_places = np.empty(rows.size, np.int32), 0
-    for place in range(rows.size):
-        places[n_places] = place
-        n_places += int(not is_drawn(keys[rows[place]], seed, bound))
-    return places[:n_places]

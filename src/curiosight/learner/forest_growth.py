@@ -1,4 +1,4 @@
-"""Grow one tree of the forest, depth first, on the loops of `forest_kernels.py`."""
+"""Grow one tree of the forest, depth first, on the loops of `forest_splits.py`."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ import numpy as np
 
 from curiosight.learner.forest_kernels import (
     N_BINS,
-    N_SIDE_BY_SIDE,
     NOT_SALIENT_BITS,
     Indices,
     Packed,
     Points,
     RandomState,
     Values,
+    has_both,
+    kernel,
+)
+from curiosight.learner.forest_splits import (
+    N_SIDE_BY_SIDE,
     fill_histograms,
     find_split_in_histograms,
     find_split_in_points,
-    has_both,
-    kernel,
     make_room,
     partition,
     split_histograms,

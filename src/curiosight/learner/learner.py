@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +22,7 @@ from curiosight.learner.description import (
     sight_of,
 )
 from curiosight.learner.edges import EdgeFilter
-from curiosight.learner.experts import Change, Experts, Lesson
+from curiosight.learner.experts import Change, Experts
 from curiosight.learner.features import (
     ColourSpace,
     Describer,
@@ -36,62 +35,20 @@ from curiosight.learner.features import (
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.fusing import PRIOR, fuse, is_seen
+from curiosight.learner.lesson import Lesson, Visit
 from curiosight.learner.looks import look_of
 from curiosight.learner.maps import Cameras, Maps
 from curiosight.learner.model_file import read_model, write_model
 from curiosight.learner.novelty import SeenRows
+from curiosight.learner.observation import Observation, Teaches, Votes
 from curiosight.learner.places import Places
 from curiosight.learner.sampling import draw_pixels
 from curiosight.learner.sight import Sight, up_in_world
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
 
-Votes = npt.NDArray[np.float32]
 # Of the views of the off-line model, to calibrate it: it learns all but one in turn.
 N_PARTS = 4
-
-
-class Teaches(Protocol):
-    """Whatever labels a frame's pixels: the depth segmentation, or a detector of one's own."""
-
-    def segment(self, frame: Frame) -> Segmentation:
-        """Label every pixel; none as known where the frame has a `problem`."""
-        ...
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Observation:
-    """What one frame showed, was predicted to show, and taught.
-
-    scores: (n,) float32 saliency of each row of `description`, before learning.
-    error: 1 - F1 between them and the segmentation (eq. 1); None where no pixel is salient.
-    change: the trees that were grown anew.
-    """
-
-    frame: Frame
-    segmentation: Segmentation
-    description: Description
-    scores: Votes
-    error: float | None
-    change: Change
-
-    @property
-    def saliency(self) -> Saliency:
-        """(h, w) map of the shrunken image, in [0, 1], before learning."""
-        return self.scores[self.description.row_of_pixel]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Visit:
-    """A view that is described and labelled once, to be learned from many times.
-
-    rows: (n, F) of its description. counts: (n,) salient and (n,) other pixels of each.
-    lesson: what was drawn of it to learn from.
-    """
-
-    rows: Rows
-    counts: tuple[Counts, Counts]
-    lesson: Lesson
 
 
 class SaliencyLearner:

@@ -20,7 +20,7 @@ class Maps:
     """What is told of an image's pixels, each (H, W).
 
     saliency: float32 in [0, 1]; above 0.5 is what to call salient, for the best F1.
-    probability: float32, of how many such pixels one is salient.
+    probability: float32 in [0, 1], the share of such pixels that is salient.
     is_seen: bool, where the depth at hand shows it; elsewhere it is remembered.
     uncertainty: float32 in [0, 1], of what is remembered: trees and experts contradict each
         other, or it is unlike anything seen; None where it was not asked for.

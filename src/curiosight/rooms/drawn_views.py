@@ -24,7 +24,8 @@ from curiosight.rooms.settings import PathName, SensorName
 RATE_HZ = 30.0
 # A Kinect's colour camera, depth registered to it.
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
-_N_KEPT = 16
+# A view is asked for its frame, its truth and its distances, while the next few are drawn ahead.
+_N_KEPT = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)

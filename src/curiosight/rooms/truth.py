@@ -123,9 +123,3 @@ def instances_of(ids: Ids, truth: Grey) -> npt.NDArray[np.int32]:
     instances = np.where(truth == Label.SALIENT, ids, 0).astype(np.int32)
     instances[truth == Label.UNKNOWN] = -1
     return instances
-
-
-def object_ids(ids: Ids, parts: Sequence[Part]) -> Ids:
-    """Return (H, W) the numbers of the objects alone, 0 everywhere else."""
-    is_object = np.array([False, *(part.role is Role.OBJECT for part in parts)])
-    return np.where(is_object[ids], ids, 0)

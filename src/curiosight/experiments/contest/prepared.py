@@ -16,8 +16,7 @@ from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
 from curiosight.files import replace_file
 from curiosight.frame import Pose, Viewpoint
-from curiosight.learner.experts import Lesson
-from curiosight.learner.learner import Visit
+from curiosight.learner.lesson import Lesson, Visit
 from curiosight.learner.sight import Sight
 
 Array = npt.NDArray[Any]

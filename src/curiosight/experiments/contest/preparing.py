@@ -32,7 +32,7 @@ from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth, split_frames
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
-from curiosight.learner.learner import Teaches
+from curiosight.learner.observation import Teaches
 from curiosight.rooms import HomeViews
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.rooms.home.settings import HomeSettings

@@ -108,7 +108,8 @@ class Run:
         shown = self._show(viewpoint)
         scores, error, change = self.learner.observe_again(shown.visit)
         self._note(change)
-        outcome = Outcome(error, cost, mean_uncertainty(scores), shown.seen)
+        seen, uncertainty = shown.seen, mean_uncertainty(scores)
+        outcome = Outcome(error, cost, uncertainty, seen, change.has_drifted)
         self.strategy.update(viewpoint, outcome)
         return error
 

@@ -15,23 +15,21 @@ from curiosight.teacher.cloud.planes import Plane, noise_band
 from curiosight.teacher.cloud.points import Points
 from curiosight.teacher.cloud.repeats import Repeats, find_repeats
 from curiosight.teacher.cloud.up import CAMERA_UP_PRIOR, settled, up_from_normals, votes_on_up
-from curiosight.teacher.cloud.veils import find_veils
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.memory.gravity import Gravity, Held, find_gravity, observe, surfaces_of
-from curiosight.teacher.memory.places import neighbourhoods, positions_of, shrunk, without_outliers
+from curiosight.teacher.memory.places import positions_of, shrunk, without_outliers
+from curiosight.teacher.memory.tables import find_tables
 from curiosight.teacher.resizing import in_own_size
 from curiosight.teacher.settings import SegmentationSettings
 from curiosight.teacher.supports.supports import PLANE_BAND, Scene, find_planes, share_below
 from curiosight.teacher.supports.surveyed import Survey
-from curiosight.teacher.supports.table_map import MARGIN, Table, level_surface, map_tables
+from curiosight.teacher.supports.table_map import MARGIN, Table
 from curiosight.teacher.turning import rotation_of, turn_frame, turns_upright
 from curiosight.teacher.walls.wall_map import join_walls, moved
 from curiosight.teacher.walls.walls import find_walls
 
 Array = npt.NDArray[Any]
 SCENES = ("auto", "floor", "table")
-# Of a 640x480 image, every so many rows and columns are looked at.
-SURVEY_STRIDE = 2
 UPS = ("auto", *MOUNTS)
 # Share of a frame's largest plane that another has, to tell the sensor's noise too.
 MIN_TELLING = 0.1
@@ -92,7 +90,7 @@ def survey_recording(
         return known
     places = positions_of(kept)
     surveyed = np.stack([places.min(axis=0), places.max(axis=0)])
-    tables = _tables(posed, up_world, floor, settings)
+    tables = find_tables(posed, up_world, floor, settings)
     walls = _walls(posed, up_world, floor, tables, settings)
     return replace(known, floor_height=floor, tables=tables, walls=walls, surveyed=surveyed)
 
@@ -157,41 +155,6 @@ def _world_supports(
         mean = np.average(normals, axis=0, weights=areas)
         up = mean / np.linalg.norm(mean)
     return up, np.array(heights), np.array(areas)
-
-
-def _tables(
-    posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
-) -> tuple[Table, ...]:
-    """Return the tables of every place where the camera was."""
-    parts = neighbourhoods(np.array([pose[:3, 3] for _, pose in posed]))
-    places = [[posed[row] for row in rows] for rows in parts]
-    return tuple(table for near in places for table in _tables_at(near, up, floor, settings))
-
-
-def _tables_at(
-    posed: list[tuple[Points, Pose]], up: Array, floor: float, settings: SegmentationSettings
-) -> tuple[Table, ...]:
-    level: list[Array] = []
-    seen: list[Array] = []
-    veils = [find_veils(points) for points, _ in posed]
-    # A sensor that smooths does so in every frame; a frame alone may show a table from the edge.
-    smooths = 2 * sum(bool(is_veil.any()) for is_veil in veils) > len(veils)
-    for (points, T_world_camera), is_veil in zip(posed, veils, strict=True):
-        rotation, centre = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        is_veil &= smooths
-        surface = level_surface(points, rotation.T @ up, settings.noise, is_veil)
-        for found, xyz in ((level, surface), (seen, points.xyz[~is_veil])):
-            found.append(xyz[xyz[:, 2] < settings.max_range] @ rotation.T + centre)
-    return map_tables(
-        np.concatenate(level),
-        np.concatenate(seen),
-        up,
-        floor,
-        max_size=settings.floor.max_size,
-        min_area=settings.min_table_area,
-        min_diagonal=settings.min_table_diagonal,
-        density=float(np.mean([points.count(SURVEY_STRIDE**2) for points, _ in posed])),
-    )
 
 
 def _walls(

@@ -37,7 +37,7 @@ def tops_in_frame(
         return []
     where = np.flatnonzero(points.depth <= settings.max_range)
     xyz = points.xyz_at(where)
-    ground = Ground.around(xyz, lowest.normal)
+    ground = Ground.around([xyz], lowest.normal)
     cells, heights = ground.cells(xyz), lowest.distance(xyz)
     above = SeenFromAbove(
         ground,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -32,13 +33,17 @@ class Ground:
     shape: tuple[int, int]
 
     @classmethod
-    def around(cls, xyz: Array, up: Array, *, border: float = 0.6) -> Self:
-        """Return the map of (n, 3) points in the world, n > 0, with some metres around them."""
+    def around(cls, seen: Iterable[Array], up: Array, *, border: float = 0.6) -> Self:
+        """Return the map of (n, 3) points in the world, with some metres around them.
+
+        seen: in parts, one of them with a point at least.
+        """
         axes = np.stack(horizontal_axes(up), axis=1)
         # NumPy finds the least of a row much faster than that of a column.
-        places = axes.T @ xyz.T
-        low = places.min(axis=1) - border
-        columns, rows = np.ceil((places.max(axis=1) + border - low) / CELL).astype(int)
+        places = (axes.T @ xyz.T for xyz in seen if len(xyz))
+        ends = np.array([(part.min(axis=1), part.max(axis=1)) for part in places])
+        low = ends[:, 0].min(axis=0) - border
+        columns, rows = np.ceil((ends[:, 1].max(axis=0) + border - low) / CELL).astype(int)
         return cls(axes, low, (int(rows), int(columns)))
 
     def cells(self, xyz: Array) -> Array:

@@ -7,6 +7,7 @@ the frames know how high each table is and how far it reaches.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,8 +96,8 @@ class Table:
 
 
 def map_tables(
-    level: Array,
-    seen: Array,
+    level: Iterable[Array],
+    seen: Iterable[Array],
     up: Array,
     floor: float,
     *,
@@ -108,22 +109,24 @@ def map_tables(
 ) -> tuple[Table, ...]:
     """Return the tables of a recording, the lowest first, then other furniture.
 
-    level, seen: (n, 3) points of level surfaces and of all surfaces, in the world.
+    level, seen: (n, 3) points of level surfaces and of all surfaces, in the world, in parts:
+        all together are large. Those seen are gone through more than once.
     up: (3,) unit vector; floor: metres along it.
     max_size: metres across the largest object.
     min_area, min_diagonal: m² and metres of a level surface, to be a table's top.
     density: of the points seen, by that of frames of 320x240.
     """
-    if len(seen) == 0:
+    if not any(len(xyz) for xyz in seen):
         return ()
     ground = Ground.around(seen, up)
-    cells, heights = ground.cells(seen), seen @ up - floor
+    cells, heights = _on_map(ground, seen, up, floor)
     above = SeenFromAbove(
         ground, cells, heights, max_size=max_size, max_small_height=max_small_height, blur=BLUR
     )
     tables: list[Table] = []
     is_top = np.zeros(ground.shape, np.bool_)
-    found = _tops(ground, level, level @ up - floor, min_area, min_diagonal)
+    elevated = _on_map(ground, level, up, floor, (MIN_HEIGHT, MAX_HEIGHT))
+    found = _tops(ground, *elevated, min_area, min_diagonal)
     for height, top in sorted(found, key=lambda found: -area(found[1])):
         kind = above.judge(height, top, heights - height)
         if kind is not None:
@@ -135,6 +138,23 @@ def map_tables(
         for piece in bulky
     ]
     return (*sorted(tables, key=lambda table: table.height), *rest)
+
+
+def _on_map(
+    ground: Ground,
+    parts: Iterable[Array],
+    up: Array,
+    floor: float,
+    between: tuple[float, float] = (-np.inf, np.inf),
+) -> tuple[Array, Array]:
+    """Return (n,) cells, and metres over the floor, of the points of all parts between heights."""
+    cells, heights = [np.empty(0, np.int64)], [np.empty(0)]
+    for xyz in parts:
+        height = xyz @ up - floor
+        is_between = (height > between[0]) & (height < between[1])
+        cells.append(ground.cells(xyz[is_between]))
+        heights.append(height[is_between])
+    return np.concatenate(cells), np.concatenate(heights)
 
 
 def _table(ground: Ground, height: float, top: Mask, kind: Kind) -> Table:
@@ -171,7 +191,7 @@ def level_surface(points: Points, up: Array, noise: float, is_veil: Mask) -> Arr
 
 def _tops(
     ground: Ground,
-    xyz: Array,
+    cells: Array,
     heights: Array,
     min_area: float,
     min_diagonal: float,
@@ -180,10 +200,8 @@ def _tops(
 ) -> list[tuple[float, Mask]]:
     """Return height and (rows, columns) extent of the level surfaces.
 
-    xyz, heights: (n, 3) and (n,) of level surfaces. step: metres between layers.
+    cells, heights: (n,) of level surfaces. step: metres between layers.
     """
-    is_elevated = (heights > MIN_HEIGHT) & (heights < MAX_HEIGHT)
-    cells, heights = ground.cells(xyz[is_elevated]), heights[is_elevated]
     n_places = ground.shape[0] * ground.shape[1]
     found: list[tuple[float, Mask]] = []
     while len(cells):

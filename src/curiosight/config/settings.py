@@ -1,17 +1,11 @@
-"""Every setting of a run in one place: two presets, a TOML file, and what overrides what."""
+"""Every setting of a run, section by section, and the two presets."""
 
 from __future__ import annotations
 
-import difflib
-import json
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from curiosight.datasets.reading import AS_RECORDED, Reading
-from curiosight.errors import DataError
 from curiosight.explorer.progress import Negative, Undefined
 from curiosight.explorer.regions import OrientationSplit, PositionSplit
 from curiosight.explorer.strategies import Over
@@ -157,7 +151,7 @@ class RunConfig:
 
     seed: int = 0
     n_threads: int = 2
-    memory_mb: int = 256
+    memory_mb: int = 64
 
     def __post_init__(self) -> None:
         _check_least("seed", self.seed, 0)
@@ -229,129 +223,6 @@ class Config:
         return self.paper_segmentation.max_range if is_paper else self.segmentation.max_range
 
 
-def load_config(
-    preset: str | None = None,
-    path: Path | None = None,
-    overrides: Mapping[str, Any] | None = None,
-) -> Config:
-    """Return a preset, changed by a TOML file, changed by overrides.
-
-    preset: None = the file's, else `default`; one that the file contradicts is refused.
-    overrides: "section.key" to value; None values are passed over.
-    """
-    config = Config.of_preset(preset or "default")
-    if path is not None:
-        table = read_toml(path)
-        named = _checked(table.get("preset", config.preset), Preset, path, "preset")
-        if preset is not None and named != preset:
-            raise ValueError(f"preset: {path} starts from {named!r}; drop one of the two")
-        config = config_of({**table, "preset": named}, path)
-    for name, value in (overrides or {}).items():
-        if value is not None:
-            section, _, key = name.partition(".")
-            if not hasattr(getattr(config, section, None), key):
-                raise ValueError(f"overrides: expected a key like explorer.n_steps, got {name!r}")
-            changed = replace(getattr(config, section), **{key: value})
-            config = replace(config, **{section: changed})
-    return config
-
-
-def config_of(table: Mapping[str, Any], path: Path) -> Config:
-    """Return what a table of TOML says over its preset; path: of its file, for what is refused."""
-    named = _checked(table.get("preset", "default"), Preset, path, "preset")
-    rest = {key: value for key, value in table.items() if key != "preset"}
-    config: Config = _updated(Config.of_preset(named), rest, path, "")
-    return config
-
-
-def with_model(config: Config, learner: LearnerConfig, forest: ForestConfig) -> Config:
-    """Return a config with the settings of a model that was learned before.
-
-    It is called after the preset that the model is of, where it is of one.
-    """
-    made = {preset: Config.of_preset(preset) for preset in PRESETS}
-    matching = [p for p, c in made.items() if (c.learner, c.forest) == (learner, forest)]
-    preset = matching[0] if matching else config.preset
-    return replace(config, preset=preset, learner=learner, forest=forest)
-
-
-def to_toml(config: Config) -> str:
-    """Write a config as TOML that `load_config` reads back to the same."""
-    lines = [f"preset = {_toml_value(config.preset)}"]
-    for section in fields(config):
-        if section.name != "preset":
-            lines += _toml_section(section.name, getattr(config, section.name))
-    return "\n".join(lines) + "\n"
-
-
 def _check_least(name: str, value: int, least: int) -> None:
     if value < least:
         raise ValueError(f"{name}: expected {least} or more, got {value}")
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; raises `DataError` where it is none."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(path, f"cannot be read ({error.strerror})", "check the path") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DataError(path, f"is no TOML ({error})", "mend that line") from error
-
-
-def _updated(section: Any, table: Mapping[str, Any], path: Path, prefix: str) -> Any:
-    """Return a dataclass with the table's values, checked key by key at every depth."""
-    types = get_type_hints(type(section))
-    changes: dict[str, Any] = {}
-    for key, value in table.items():
-        name = f"{prefix}{key}"
-        if key not in types:
-            nearest = difflib.get_close_matches(key, types, n=1, cutoff=0)
-            raise DataError(path, f"unknown key `{name}`", f"did you mean `{prefix}{nearest[0]}`?")
-        present = getattr(section, key)
-        if is_dataclass(present):
-            if not isinstance(value, Mapping):
-                raise DataError(path, f"`{name}` is {value!r}", f"write a section [{name}]")
-            changes[key] = _updated(present, value, path, name + ".")
-        else:
-            changes[key] = _checked(value, types[key], path, name)
-    try:
-        return replace(section, **changes)
-    except ValueError as error:
-        raise DataError(path, f"[{prefix.rstrip('.')}] {error}", "mend that value") from error
-
-
-def _checked(value: Any, kind: Any, path: Path, name: str) -> Any:
-    """Return a TOML value as a field's type, or say what was expected."""
-    if get_origin(kind) is Literal:
-        if value not in get_args(kind):
-            expected = ", ".join(repr(choice) for choice in get_args(kind))
-            raise DataError(path, f"`{name}` is {value!r}", f"use one of {expected}")
-        return value
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    # A bool is an int to Python; here it is none.
-    if not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
-        raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
-    return value
-
-
-def _toml_section(name: str, section: Any) -> list[str]:
-    """Write a section, then those inside it."""
-    lines, inner = ["", f"[{name}]"], []
-    for entry in fields(section):
-        value = getattr(section, entry.name)
-        if is_dataclass(value):
-            inner += _toml_section(f"{name}.{entry.name}", value)
-        else:
-            lines.append(f"{entry.name} = {_toml_value(value)}")
-    return lines + inner
-
-
-def _toml_value(value: str | int | float) -> str:
-    """Write a scalar; JSON writes text and truth as TOML does, but for the character DEL."""
-    if isinstance(value, bool):
-        return json.dumps(value)
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)

@@ -1,0 +1,78 @@
+"""What a look is worth: how new that is which it would show, and whether it can be learned."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.explorer.outlook import Outlook
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Worth:
+    """How much each part of a view counts.
+
+    other: a surface that is no object, beside one that is. unknown: what has not been seen.
+    keep: of what a surface is worth, what one more look at it leaves. again: of a view, what one
+    more look from there leaves. doubt: of what is known, what is not believed any more where
+    another region has changed.
+    """
+
+    other: float = 0.12
+    unknown: float = 0.25
+    keep: float = 0.5
+    again: float = 0.5
+    doubt: float = 0.3
+    least_salient: float = 0.01
+
+    def of(self, outlook: Outlook, views: Ints) -> tuple[Floats, Floats, Floats]:
+        """Return (n,) of views: what is new, what would be if nothing was seen, shows things.
+
+        The last is 1 or 0; 1 too where half of the view is unknown.
+        """
+        is_known = np.isfinite(outlook.depth[views])
+        is_salient = is_known & (outlook.n_salient[views] > outlook.n_told[views] / 2)
+        whole = np.where(is_known, np.where(is_salient, 1.0, self.other), self.unknown)
+        fresh = np.where(is_known, whole * self.keep ** outlook.n_seen[views], whole)
+        shows = (is_salient.mean(1) > self.least_salient) | (is_known.mean(1) < 0.5)
+        return fresh.mean(1), whole.mean(1), shows.astype(np.float64)
+
+
+class Learnability:
+    """How well the views of each region are predicted before they are learned, beside all.
+
+    n_recent: looks of a region that count. A region of which little is known counts as one like
+    all others. least: none is worth less than that.
+    """
+
+    def __init__(
+        self, n_regions: int, *, n_recent: int = 12, n_prior: int = 6, least: float = 0.02
+    ) -> None:
+        self._recent = [deque[float](maxlen=n_recent) for _ in range(n_regions)]
+        self._n_prior, self._least = n_prior, least
+
+    def add(self, region: int, error: float | None) -> None:
+        """Note the error of a look; None = it has none."""
+        if error is not None:
+            self._recent[region].append(error)
+
+    def forget(self, region: int) -> None:
+        """Take a region for new."""
+        self._recent[region].clear()
+
+    def of_regions(self) -> Floats:
+        """Return (n_regions,) from `least`: 1 = as all are."""
+        known = [1 - np.array(recent) for recent in self._recent]
+        everything = np.concatenate([np.empty(0), *known])
+        usual = max(float(everything.mean()), 0.05) if len(everything) else 1.0
+        found = [
+            (scores.sum() + self._n_prior * usual) / (len(scores) + self._n_prior)
+            for scores in known
+        ]
+        return np.clip((np.array(found) / usual) ** 2, self._least, 1.5)

@@ -1,0 +1,57 @@
+"""What one view teaches: samples, and what tells the place that they are of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.learner.description import Counts
+from curiosight.learner.features import Rows
+from curiosight.learner.sight import Sight
+
+Labels = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lesson:
+    """What one view teaches.
+
+    rows, is_salient: (n, F) and (n,) samples. sight: what tells its place.
+    share: of its labelled pixels, those that are salient; None = as of the samples.
+    """
+
+    rows: Rows
+    is_salient: Labels
+    sight: Sight | None = None
+    share: float | None = None
+
+    def counts(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return (n,) of how much each sample stands for, where salient and where not."""
+        salient, other = self.is_salient.astype(float), (~self.is_salient).astype(float)
+        if self.share is None:
+            return salient, other
+        n_salient, n_other = max(salient.sum(), 1), max(other.sum(), 1)
+        return salient * self.share / n_salient, other * (1 - self.share) / n_other
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A view that is described and labelled once, to be learned from many times.
+
+    rows: (n, F) of its description. counts: (n,) salient and (n,) other pixels of each.
+    lesson: what was drawn of it to learn from.
+    """
+
+    rows: Rows
+    counts: tuple[Counts, Counts]
+    lesson: Lesson
+
+
+def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:
+    """Return the samples of all lessons, one after the other."""
+    nothing = Lesson(np.empty((0, n_features), np.uint8), np.empty(0, np.bool_))
+    rows = np.concatenate([lesson.rows for lesson in (nothing, *lessons)])
+    return rows, np.concatenate([lesson.is_salient for lesson in (nothing, *lessons)])
