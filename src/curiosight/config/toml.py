@@ -83,7 +83,8 @@ def _toml_section(name: str, section: Any) -> list[str]:
 
 
 def toml_value(value: str | int | float | Sequence[str]) -> str:
-    """Write a scalar or a list of texts; JSON writes text and truth as TOML does, but for the character DEL."""
+    """Write a scalar or a list of texts."""
+    # JSON writes text and truth as TOML does, but for the character DEL.
     if isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, str):
