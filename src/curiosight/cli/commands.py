@@ -17,6 +17,8 @@ COMMANDS = {
     "info": "Say what a recording is: layout, frames, camera, poses, ground truth, regions.",
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
+    "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
+    "robot.",
     "learn": "Learn a whole recording at once: the off-line model, the least error to expect.",
     "map": "Find objects in colour images with a learned model: <id>.png, 255 = surely salient.",
     "saliency": "Write the maps of a baseline, equal to its original: <id>.png, 255 = most "

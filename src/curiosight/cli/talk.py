@@ -76,9 +76,9 @@ class Talk:
         """Warn of what contradicts itself in a recording; fix: the option that mends it."""
         self.warn(f"{text} ({fix})")
 
-    def following(self, title: str, n_frames: int) -> FrameProgress:
+    def following(self, title: str, n_frames: int, unit: str = "frame") -> FrameProgress:
         """Return the line of progress of a command."""
-        return _Progress(self.console, title, n_frames)
+        return _Progress(self.console, title, n_frames, unit=unit)
 
     def results(self, title: str, rows: Mapping[str, Any], content: Any) -> None:
         """Give a command's results: as JSON, or the rows as a table."""

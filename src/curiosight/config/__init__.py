@@ -1,6 +1,6 @@
 """Every setting of a run in one place: two presets, a TOML file, and what overrides what."""
 
-from curiosight.config.loading import load_config, with_model
+from curiosight.config.loading import config_of, load_config, with_model
 from curiosight.config.settings import (
     PRESETS,
     Config,
@@ -9,7 +9,7 @@ from curiosight.config.settings import (
     Preset,
     TeacherConfig,
 )
-from curiosight.config.toml import to_toml
+from curiosight.config.toml import read_toml, to_toml
 
 __all__ = [
     "PRESETS",
@@ -18,7 +18,9 @@ __all__ = [
     "LearnerConfig",
     "Preset",
     "TeacherConfig",
+    "config_of",
     "load_config",
+    "read_toml",
     "to_toml",
     "with_model",
 ]

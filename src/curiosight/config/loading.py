@@ -24,10 +24,10 @@ def load_config(
     config = Config.of_preset(preset or "default")
     if path is not None:
         table = read_toml(path)
-        named = checked(table.pop("preset", config.preset), Preset, path, "preset")
+        named = checked(table.get("preset", config.preset), Preset, path, "preset")
         if preset is not None and named != preset:
             raise ValueError(f"preset: {path} starts from {named!r}; drop one of the two")
-        config = updated(Config.of_preset(named), table, path, "")
+        config = config_of({**table, "preset": named}, path)
     for name, value in (overrides or {}).items():
         if value is not None:
             section, _, key = name.partition(".")
@@ -35,6 +35,14 @@ def load_config(
                 raise ValueError(f"overrides: expected a key like explorer.n_steps, got {name!r}")
             changed = replace(getattr(config, section), **{key: value})
             config = replace(config, **{section: changed})
+    return config
+
+
+def config_of(table: Mapping[str, Any], path: Path) -> Config:
+    """Return what a table of TOML says over its preset; path: of its file, for what is refused."""
+    named = checked(table.get("preset", "default"), Preset, path, "preset")
+    rest = {key: value for key, value in table.items() if key != "preset"}
+    config: Config = updated(Config.of_preset(named), rest, path, "")
     return config
 
 

@@ -29,11 +29,19 @@ class OutputFolder:
     path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
         is refused unless `overwrite`; then files of the same names are replaced.
     source: the recording that is read; nothing is written into it but a new `runs` folder.
+    option: that lets a command write into a folder that is not empty.
     """
 
     def __init__(
-        self, path: Path | None, command: str, source: Path, *, overwrite: bool = False
+        self,
+        path: Path | None,
+        command: str,
+        source: Path,
+        *,
+        overwrite: bool = False,
+        option: str = "--overwrite",
     ) -> None:
+        self._option = option
         self._may_exist = path is not None
         self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
         self._is_made = False
@@ -100,7 +108,7 @@ class OutputFolder:
         if not any(self.path.iterdir()):
             return
         if not overwrite:
-            remedy = "choose another --out, or add --overwrite"
+            remedy = f"choose another --out, or add {self._option}"
             raise DataError(self.path, "exists and is not empty", remedy)
 
 

@@ -67,7 +67,6 @@ def learning_curve(rows: Sequence[StepRecord], path: Path | str, *, n_mean: int 
     save_figure(figure, path)
 
 
-@with_style
 def time_per_region(
     rows: Sequence[StepRecord],
     region_names: Sequence[str],
@@ -83,6 +82,19 @@ def time_per_region(
     regions = np.array([row.region for row in rows])
     shares = window_shares(regions, len(region_names), n_window)
     steps = np.array([row.step for row in rows])
+    share_of_steps(steps, shares, region_names, path, n_window=min(n_window, len(rows)))
+
+
+@with_style
+def share_of_steps(
+    steps: npt.NDArray[np.int64],
+    shares: Floats,
+    region_names: Sequence[str],
+    path: Path | str,
+    *,
+    n_window: int,
+) -> None:
+    """Draw shares (n_regions, n_steps) of windows of so many steps, one above the other."""
     height = max(4.2, 0.26 * len(region_names))
     figure = new_figure(7.2, height)
     axes = figure.add_subplot()
@@ -91,7 +103,7 @@ def time_per_region(
     axes.set_xlim(steps[0], max(steps[-1], steps[0] + 1))
     axes.set_ylim(0, 1)
     axes.set_xlabel("step")
-    axes.set_ylabel(f"share of {min(n_window, len(rows))} steps")
+    axes.set_ylabel(f"share of {n_window} steps")
     middles = np.cumsum(shares[:, -1]) - shares[:, -1] / 2
     ends = [
         (steps[-1], middle, name, colour)

@@ -29,7 +29,7 @@ class FrameProgress:
     On a terminal one line that renews itself; elsewhere, in a log, a line every `every_s`
     seconds and one at the end. Use as a context manager.
 
-    n_frames: how many there will be. clock: seconds, for tests.
+    n_frames: how many there will be. unit: what one is called. clock: seconds, for tests.
     """
 
     def __init__(
@@ -38,10 +38,12 @@ class FrameProgress:
         title: str,
         n_frames: int,
         *,
+        unit: str = "frame",
         every_s: float = 10.0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._console = console
+        self._unit = unit
         self._title = title
         self._n_frames = n_frames
         self._every_s = every_s
@@ -103,7 +105,7 @@ class FrameProgress:
         rate = n_frames / elapsed
         left = (self._n_frames - self._n_done) / rate
         when = f"took {_duration(elapsed)}" if is_over else f"{_duration(left)} left"
-        return f"{rate:.1f} frames/s, {when}"
+        return f"{rate:.{1 if rate >= 1 else 2}f} {self._unit}s/s, {when}"
 
 
 def describe_step(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,12 +27,15 @@ from curiosight.experiments.contest.prepared import (
     write_meta,
     write_tests,
 )
+from curiosight.experiments.contest.whole import whole_folder
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth, split_frames
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.observation import Teaches
+from curiosight.rooms import HomeViews
 from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.rooms.home.settings import HomeSettings
 from curiosight.teacher import Survey, TemporalTeacher
 from curiosight.worlds.sources import open_source
 from curiosight.worlds.travel import straight_ways
@@ -50,11 +52,8 @@ def prepare(source: str, config: Config, folder: Path) -> Prepared:
     Raises as `open_source` and `survey_dataset`.
     """
     if not (folder / META).exists():
-        draft = folder.with_name(f"{folder.name}.part")
-        shutil.rmtree(draft, ignore_errors=True)
-        draft.mkdir(parents=True)
-        Preparation(source, config, draft).write()
-        draft.rename(folder)
+        with whole_folder(folder) as draft:
+            Preparation(source, config, draft).write()
     return Prepared(folder)
 
 
@@ -85,6 +84,8 @@ class Preparation:
                 "visits": self._n_visits,
                 "ids": [self._dataset.ids[index] for index in reachable],
                 "places": self._places(self._dataset, reachable),
+                "unlearnable": self._unlearnable,
+                "changed": self._changed,
                 "up": None if up is None else np.asarray(up).tolist(),
                 "phases": phases,
             },
@@ -101,6 +102,21 @@ class Preparation:
     @property
     def _n_phases(self) -> int:
         return 1 if self._drawn is None or self._drawn.n_before_change is None else 2
+
+    @property
+    def _unlearnable(self) -> int | None:
+        """The number of the room that looks different at every look; None = there is none."""
+        drawn = self._dataset
+        if not isinstance(drawn, HomeViews) or not drawn.is_drawn_anew:
+            return None
+        return drawn.home.unlearnable
+
+    @property
+    def _changed(self) -> list[int] | None:
+        """The rooms that are other after the change; None = all, or there is no change."""
+        settings = None if self._drawn is None else self._drawn.settings
+        change = settings.change if isinstance(settings, HomeSettings) else None
+        return None if change is None or change.room is None else [change.room]
 
     def _first_look(self, phase: int) -> int:
         return 0 if not phase or self._drawn is None else self._drawn.n_before_change or 0

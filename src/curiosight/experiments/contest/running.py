@@ -24,7 +24,8 @@ from curiosight.worlds.travel import travel_seconds
 Floats = npt.NDArray[np.float64]
 
 LOOK_SECONDS = 1.0
-# The error is measured after each of the first looks, then after every so many.
+# The error is measured after each of the first looks, then after every so many; from a change
+# of the source on anew.
 N_EACH, EVERY = 20, 5
 
 
@@ -86,7 +87,7 @@ class Run:
             seconds, metres = seconds + cost + LOOK_SECONDS, metres + float(way)
             error = self._look(viewpoint, cost)
             is_last = number == n_looks or (max_seconds is not None and seconds >= max_seconds)
-            is_measured = number <= N_EACH or number % EVERY == 0 or is_last
+            is_measured = is_last or self._is_measured(number)
             yield LookRow(
                 number,
                 self._prepared.ids[viewpoint.index],
@@ -98,6 +99,12 @@ class Run:
             )
             if is_last:
                 return
+
+    def _is_measured(self, number: int) -> bool:
+        """Tell whether the error is measured after a look; what changes is as if new."""
+        first_looks = [phase.first_look for phase in self._prepared.phases]
+        since = number - max(first for first in first_looks if first < number)
+        return since <= N_EACH or since % EVERY == 0 or number in first_looks
 
     def _look(self, viewpoint: Viewpoint, cost: float) -> float | None:
         shown = self._show(viewpoint, self._n_looks)

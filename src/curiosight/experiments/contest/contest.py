@@ -1,0 +1,148 @@
+"""A contest: which runs there are, which are done, and who does the others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.experiments.components import choose_strategy
+from curiosight.experiments.contest.backends import Workers
+from curiosight.experiments.contest.prepared import META, Prepared
+from curiosight.experiments.contest.runs import RunRecord, read_run
+from curiosight.experiments.contest.settings import ContestSettings, folder_name, read_settings
+from curiosight.experiments.contest.tasks import PrepareTask, RunTask, Task
+from curiosight.experiments.contest.whole import remove_partial
+from curiosight.explorer import make_regions
+from curiosight.files import replace_file, writing
+from curiosight.frame import Viewpoint
+from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.worlds.sources import is_drawn, open_source
+
+SETTINGS = "compare.toml"
+
+
+def check_settings(settings: ContestSettings) -> None:
+    """Open every source and make every strategy once, so that hours later nothing is refused.
+
+    Raises ValueError or `DataError` for what cannot be compared.
+    """
+    for name in settings.strategies:
+        config = settings.config_of(name)
+        views = (Viewpoint(0, 0, np.eye(4)), Viewpoint(1, 0, np.eye(4)))
+        choose_strategy(config, views, np.random.default_rng(0), lambda _, to: np.zeros(len(to)))
+    for source in settings.sources:
+        dataset = open_source(place_of(source), reading=settings.config.reading)
+        _check_source(source, dataset, settings)
+
+
+def _check_source(source: str, dataset: Dataset, settings: ContestSettings) -> None:
+    change = dataset.n_before_change if isinstance(dataset, DrawnViews) else None
+    if change is not None and settings.n_looks <= change:
+        name = "steps" if settings.seconds is None else "seconds"
+        raise ValueError(f"{name}: expected more than the {change} looks before {source} changes")
+    nothing = np.zeros((len(dataset), len(dataset)))
+    for name in settings.strategies:
+        spec = settings.config_of(name).explorer.regions or None
+        make_regions(spec, dataset.poses, dataset.ids, metres=nothing)
+
+
+def place_of(source: str) -> str:
+    """Return where a source is, from any folder."""
+    return source if is_drawn(source) else str(Path(source).absolute())
+
+
+class Contest:
+    """A folder of prepared sources and runs, on its way to be whole.
+
+    Iterate with workers to do what is missing; then `records` has everything.
+    """
+
+    def __init__(self, settings: ContestSettings, folder: Path) -> None:
+        self.settings = settings
+        self.folder = folder.absolute()
+
+    @classmethod
+    def resumed(cls, folder: Path) -> Contest:
+        """Return the contest of a folder; what a kill left half-written is removed."""
+        contest = cls(read_settings(folder / SETTINGS), folder)
+        places = [contest.folder, contest.folder / "prepared"]
+        for place in [*places, *(contest.folder / "runs").glob("*")]:
+            remove_partial(place)
+        return contest
+
+    def begin(self) -> None:
+        """Write what is compared; what is written from then on belongs to it."""
+        with writing(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+        replace_file(self.folder / SETTINGS, self.settings.to_toml().encode(), is_synced=True)
+
+    @property
+    def n_runs(self) -> int:
+        """How many runs there are when all are done."""
+        settings = self.settings
+        return len(settings.sources) * len(settings.strategies) * settings.seeds
+
+    def n_missing(self) -> int:
+        """How many runs are not done yet."""
+        return sum(len(self._missing_runs(source)) for source in self.settings.sources)
+
+    def finished(self, workers: Workers, is_stopped: Callable[[], bool]) -> Iterator[Task]:
+        """Have done what is missing; yield each task once it is."""
+        for source in self.settings.sources:
+            missing = self._missing_runs(source)
+            is_prepared = (self.prepared_folder(source) / META).exists()
+            for task in missing if is_prepared or not missing else [self._preparation(source)]:
+                workers.submit(task)
+        for task in workers.finished(is_stopped):
+            if isinstance(task, PrepareTask):
+                for run in self._missing_runs(task.source):
+                    workers.submit(run)
+            yield task
+
+    def prepared_folder(self, source: str) -> Path:
+        return self.folder / "prepared" / folder_name(source)
+
+    def run_folder(self, source: str, strategy: str, seed: int) -> Path:
+        name = f"{folder_name(strategy)}-{seed}"
+        return self.folder / "runs" / folder_name(source) / name
+
+    def prepared(self, source: str) -> Prepared:
+        """Return a source; raises `DataError` where it is not there."""
+        folder = self.prepared_folder(source)
+        if not (folder / META).exists():
+            raise DataError(folder, "is not there", "remove the runs of this source, and --resume")
+        return Prepared(folder)
+
+    def records(self, source: str, strategy: str) -> list[RunRecord]:
+        """Return the runs of a strategy, one a seed."""
+        seeds = range(self.settings.seeds)
+        return [read_run(self.run_folder(source, strategy, seed)) for seed in seeds]
+
+    def _preparation(self, source: str) -> PrepareTask:
+        config = self.settings.config_of(self.settings.strategies[0])
+        folder = os.fspath(self.prepared_folder(source))
+        return PrepareTask(source, place_of(source), folder, config)
+
+    def _missing_runs(self, source: str) -> list[RunTask]:
+        """Return the runs that are not done, seed by seed: an early look has all strategies."""
+        settings = self.settings
+        return [
+            RunTask(
+                source,
+                strategy,
+                seed,
+                os.fspath(self.prepared_folder(source)),
+                os.fspath(folder),
+                settings.config_of(strategy),
+                settings.n_looks,
+                settings.seconds,
+            )
+            for seed in range(settings.seeds)
+            for strategy in settings.strategies
+            if not (folder := self.run_folder(source, strategy, seed)).exists()
+        ]

@@ -1,0 +1,184 @@
+"""A contest as tables of text: of each source, and of all together."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+Table = Mapping[str, Any]
+Cell = Callable[[Table], str]
+
+MISSING = "–"
+
+
+def whole(figure: Mapping[str, float | None]) -> str:
+    """Write seconds, looks or metres with their interval: 1234 [1100, 1400]."""
+    return _with_interval(figure, lambda value: f"{value:.0f}", ratio=False)
+
+
+def share(figure: Mapping[str, float | None]) -> str:
+    """Write a share or an error with its interval: .123 [.110, .140]."""
+    return _with_interval(figure, lambda value: f"{value:.3f}".removeprefix("0"), ratio=False)
+
+
+def ratio(figure: Mapping[str, float | None]) -> str:
+    """Write how many times as much one takes as another: 0.31 [0.25, 0.40]."""
+    return _with_interval(figure, lambda value: f"{value:.2f}", ratio=True)
+
+
+def _with_interval(
+    figure: Mapping[str, float | None], written: Callable[[float], str], *, ratio: bool
+) -> str:
+    middle, low, high = figure["ratio" if ratio else "mean"], figure["low"], figure["high"]
+    if middle is None:
+        return MISSING
+    if low is None or high is None:
+        return written(middle)
+    return f"{written(middle)} [{written(low)}, {written(high)}]"
+
+
+def reached(row: Table, level: int) -> str:
+    """Write how many seeds got there."""
+    return f"{row[f'reached_{level}']} of {row['n']}"
+
+
+def cost(row: Table, unit: str, level: int) -> str:
+    """Write what it took to get there; at least so much where not all seeds did: ≥ 1234."""
+    bound = "" if row[f"reached_{level}"] == row["n"] else "≥ "
+    return bound + whole(row[f"{unit}_to_{level}"])
+
+
+COLUMNS: dict[str, Cell] = {
+    "reached 90 %": lambda row: reached(row, 90),
+    "seconds to 90 %": lambda row: cost(row, "seconds", 90),
+    "looks to 90 %": lambda row: cost(row, "frames", 90),
+    "metres to 90 %": lambda row: cost(row, "metres", 90),
+    "reached 95 %": lambda row: reached(row, 95),
+    "seconds to 95 %": lambda row: cost(row, "seconds", 95),
+    "looks to 95 %": lambda row: cost(row, "frames", 95),
+    "error over seconds": lambda row: share(row["area_seconds"]),
+    "error over looks": lambda row: share(row["area_frames"]),
+    "final error": lambda row: share(row["final_error"]),
+    "spread": lambda row: _plain(row["spread"]),
+}
+# Only where there is such a thing.
+RARE_COLUMNS: dict[str, tuple[str, Cell]] = {
+    "back": ("back", lambda row: f"{row['back']} of {row['n']}"),
+    "looks_until_back": ("looks until back", lambda row: whole(row["looks_until_back"])),
+    "share_of_unlearnable_after_100": (
+        "in the unlearnable room",
+        lambda row: _rare_share(row["share_of_unlearnable_after_100"]),
+    ),
+}
+
+
+def columns_of(table: Table) -> dict[str, Cell]:
+    """Return the columns of a source's table by title."""
+    first = next(iter(table["strategies"].values()))
+    return COLUMNS | dict(column for key, column in RARE_COLUMNS.items() if key in first)
+
+
+def ranked(table: Table) -> list[str]:
+    """Return the strategies of a source, the soonest at 90 % first, those never there last."""
+    rows = table["strategies"]
+
+    def place(name: str) -> tuple[bool, float]:
+        return not rows[name]["reached_90"], float(rows[name]["seconds_to_90"]["mean"])
+
+    return sorted(rows, key=place)
+
+
+def markdown_tables(table: Table) -> str:
+    """Return all of table.json in Markdown: each source's figures, and its ratios in pairs."""
+    parts = ["# Strategies compared\n"]
+    for source, of_source in table["sources"].items():
+        names, columns = ranked(of_source), columns_of(of_source)
+        rows = [
+            [name, *(cell(of_source["strategies"][name]) for cell in columns.values())]
+            for name in names
+        ]
+        ratios = [[a, *(_pair(of_source, a, b) for b in names)] for a in names]
+        parts += [
+            f"## {escaped(source)}\n",
+            f"{offline_sentence(of_source)}\n",
+            _markdown(["strategy", *columns], rows),
+            "Seconds to 90 %, the row's by the column's, seeds drawn in pairs:\n",
+            _markdown(["", *names], ratios),
+        ]
+    return "\n".join(parts)
+
+
+def offline_sentence(table: Table) -> str:
+    """Say what is waited for, and from when on it counts."""
+    offline = table["offline"]
+    text = f"Off-line model: error {offline['error']:.3f}, F1 {offline['f1']:.3f}."
+    if "from_look" in table:
+        text += f" All counts from its change on, after look {table['from_look']}."
+    return text
+
+
+def leaderboard(table: Table) -> str:
+    """Return the strategies over all sources in Markdown, the fastest first.
+
+    Ordered by the geometric mean over the sources of the seconds to 90 %, each by the least of
+    its source.
+    """
+    sources: Mapping[str, Table] = table["sources"]
+    of_sources = list(sources.values())
+    scores = {name: _score(of_sources, name) for name in of_sources[0]["strategies"]}
+    rows = [
+        [
+            name,
+            f"{scores[name]:.2f}",
+            *(_seconds(of["strategies"][name]) for of in sources.values()),
+        ]
+        for name in sorted(scores, key=lambda name: scores[name])
+    ]
+    text = (
+        "Seconds of the robot until 90 % of the off-line model's F1, mean over seeds with its 95 % "
+        "interval; a seed that never got there counts with all its seconds (≥), and how many did "
+        "stands behind. By the best: the geometric mean over the sources of the "
+        "seconds by the least of the source.\n"
+    )
+    head = ["strategy", "by the best", *sources]
+    return "\n".join(["# Leaderboard\n", text, _markdown(head, rows)])
+
+
+def _score(sources: Sequence[Table], name: str) -> float:
+    ratios = []
+    for table in sources:
+        seconds = {n: row["seconds_to_90"]["mean"] for n, row in table["strategies"].items()}
+        ratios.append(seconds[name] / min(seconds.values()))
+    return float(np.exp(np.mean(np.log(ratios))))
+
+
+def _seconds(row: Table) -> str:
+    n_reached = "" if row["reached_90"] == row["n"] else f" ({row['reached_90']} of {row['n']})"
+    return cost(row, "seconds", 90) + n_reached
+
+
+def _pair(table: Table, a: str, b: str) -> str:
+    return "" if a == b else ratio(table["pairs"][f"{a}/{b}"]["seconds_to_90"])
+
+
+def _plain(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.3f}".removeprefix("0")
+
+
+def _rare_share(figure: Mapping[str, float | None] | None) -> str:
+    return MISSING if figure is None else share(figure)
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    rule = [":--", *["--:"] * (len(head) - 1)]
+    lines = [[escaped(cell) for cell in line] for line in (head, *rows)]
+    lines.insert(1, rule)
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def escaped(text: str) -> str:
+    """Return a text that Markdown shows as it is, also in a table."""
+    return re.sub(r"([\\`*_{}<>#|~])", r"\\\1", " ".join(text.split()))
