@@ -36,9 +36,9 @@ class DecisionsFile:
                 {
                     "step": step,
                     "region": one.region,
-                    "expected_gain": one.expected_gain,
-                    "seconds": one.seconds,
-                    "score": one.score,
+                    "expected_gain": _plain(one.expected_gain),
+                    "seconds": _plain(one.seconds),
+                    "score": _plain(one.score),
                     "chosen": int(is_chosen),
                     "text": decision.text if is_chosen else None,
                 }
@@ -51,3 +51,8 @@ class DecisionsFile:
 
     def _is_known(self, decision: Decision) -> bool:
         return bool(self.last) and self.last[-1][1] is decision
+
+
+def _plain(number: float | None) -> float | None:
+    """Return a number as a table has it, without a minus before nothing."""
+    return None if number is None else round(float(number), 6) + 0.0

@@ -56,9 +56,10 @@ class Planned:
         values = solve(gains, fades, self._discount**ground.between)
         scores = self._discount ** tally.seconds_to_regions() * (gains + fades * values)
         is_random = self._rng.random() < self._random_share
-        if is_random or not interest.max() > _NEGLIGIBLE:
-            place = int(self._rng.integers(len(scores)))
-            return Choice(place, scores, "at random, to know all regions")
+        is_dull = not interest.max() > _NEGLIGIBLE
+        if is_random or is_dull:
+            why = "no progress anywhere" if is_dull else "to know all regions"
+            return Choice(int(self._rng.integers(len(scores))), scores, f"at random: {why}")
         return Choice(int(scores.argmax()), scores, "most progress to come, discounted by seconds")
 
 
