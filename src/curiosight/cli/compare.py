@@ -227,7 +227,9 @@ class _Given:
 
 
 def _shown(value: Any) -> str:
-    return " ".join(value) if isinstance(value, tuple) else str(value)
+    if isinstance(value, tuple):
+        return " ".join(value)
+    return "none" if value in (None, "") else str(value)
 
 
 def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:

@@ -9,7 +9,7 @@ from curiosight.config.settings import (
     Preset,
     TeacherConfig,
 )
-from curiosight.config.toml import read_toml, to_toml
+from curiosight.config.toml import read_toml, to_toml, toml_value
 
 __all__ = [
     "PRESETS",
@@ -22,5 +22,6 @@ __all__ = [
     "load_config",
     "read_toml",
     "to_toml",
+    "toml_value",
     "with_model",
 ]

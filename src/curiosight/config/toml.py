@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -16,7 +16,7 @@ from curiosight.errors import DataError
 
 def to_toml(config: Config) -> str:
     """Write a config as TOML that `load_config` reads back to the same."""
-    lines = [f"preset = {_toml_value(config.preset)}"]
+    lines = [f"preset = {toml_value(config.preset)}"]
     for section in fields(config):
         if section.name != "preset":
             lines += _toml_section(section.name, getattr(config, section.name))
@@ -78,14 +78,17 @@ def _toml_section(name: str, section: Any) -> list[str]:
         if is_dataclass(value):
             inner += _toml_section(f"{name}.{entry.name}", value)
         else:
-            lines.append(f"{entry.name} = {_toml_value(value)}")
+            lines.append(f"{entry.name} = {toml_value(value)}")
     return lines + inner
 
 
-def _toml_value(value: str | int | float) -> str:
-    """Write a scalar; JSON writes text and truth as TOML does, but for the character DEL."""
+def toml_value(value: str | int | float | Sequence[str]) -> str:
+    """Write a scalar or a list of texts."""
+    # JSON writes text and truth as TOML does, but for the character DEL.
     if isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Sequence):
+        return f"[{', '.join(map(toml_value, value))}]"
     return repr(value)

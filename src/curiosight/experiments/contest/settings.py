@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
-from curiosight.config import Config, config_of, read_toml, to_toml
+from curiosight.config import Config, config_of, read_toml, to_toml, toml_value
 from curiosight.errors import DataError
 from curiosight.experiments.contest.running import LOOK_SECONDS
 
@@ -69,8 +67,7 @@ class ContestSettings:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name != "config" and value is not None:
-                written = list(value) if isinstance(value, tuple) else value
-                lines.append(f"{field.name} = {_toml(written)}")
+                lines.append(f"{field.name} = {toml_value(value)}")
         return to_toml(self.config) + "\n" + "\n".join(lines) + "\n"
 
 
@@ -106,14 +103,6 @@ def folder_name(text: str) -> str:
     if clean == text and len(text) <= 60:
         return text
     return f"{clean[-60:]}-{hashlib.sha256(text.encode('utf-8', 'replace')).hexdigest()[:8]}"
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)
 
 
 def _check_names(what: str, names: Sequence[str]) -> None:

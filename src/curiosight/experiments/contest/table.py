@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
-from curiosight.evaluation.bootstrap import bootstrap_interval, mean_interval
+from curiosight.evaluation.bootstrap import bootstrap_interval
 from curiosight.experiments.contest.contest import Contest
 from curiosight.experiments.contest.prepared import Phase, Prepared
 from curiosight.experiments.contest.runs import RunRecord
@@ -194,7 +194,7 @@ def _ratio(means: Floats) -> float | None:
 
 def _mean(figures: Sequence[float]) -> Figure:
     """Return the mean over the seeds and its interval, None where one seed has no interval."""
-    interval = mean_interval(figures, np.random.default_rng(0))
+    interval = bootstrap_interval(np.array(figures), float, np.random.default_rng(0))
     low, high = (None, None) if interval is None else interval
     return {"mean": float(np.mean(figures)), "low": low, "high": high}
 
