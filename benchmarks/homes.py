@@ -3,8 +3,9 @@
     python benchmarks/homes.py home:31,views=60 home:31,views=12,split=test
     python benchmarks/homes.py TRAIN TEST --only places
 
-Every row learns off-line from TRAIN and is scored on all of TEST; figures are kept by the name of
-TRAIN in results/homes.json. A row changes one choice of the preset `default`.
+Every row learns off-line from TRAIN, whose labels are the same for all, and is scored on all of
+TEST; figures are kept by a name, or that of TRAIN, in results/homes.json. A row changes one choice
+of the preset `default`.
 """
 
 from __future__ import annotations
@@ -15,15 +16,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from presets import figures
+from presets import RememberingViews, figures
 
 from curiosight.config import load_config
 from curiosight.datasets import Dataset
 from curiosight.evaluation import MapScores
+from curiosight.experiments.components import make_teacher
 from curiosight.experiments.learning import OffLine
 from curiosight.frame import Frame
 from curiosight.learner.description import Saliency
 from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.observation import Teaches
+from curiosight.teacher import Teacher
 from curiosight.worlds.sources import open_source
 
 RESULTS = Path(__file__).parent / "results" / "homes.json"
@@ -77,10 +81,12 @@ def score(learner: SaliencyLearner, test: Dataset, maps: Maps, max_range: float)
     return figures(scores) | {"places": len(learner.experts.of_place)}
 
 
-def learn(training: Dataset, changes: Mapping[str, Any]) -> tuple[SaliencyLearner, float]:
+def learn(
+    training: Dataset, teacher: Teaches, changes: Mapping[str, Any]
+) -> tuple[SaliencyLearner, float]:
     """Return the off-line model with some settings, and how far depth teaches."""
     config = load_config(overrides=changes)
-    off_line = OffLine(config, training)
+    off_line = OffLine(config, training, teacher=teacher)
     for _ in off_line:
         pass
     return off_line.fit(), config.max_range
@@ -91,14 +97,18 @@ def main() -> None:
     parser.add_argument("train", help="a home, or a recording of one")
     parser.add_argument("test", help="other views of it, with truth")
     parser.add_argument("--only", help="rows whose name holds this")
+    parser.add_argument("--name", help="what the figures are kept by; that of TRAIN unless given")
     arguments = parser.parse_args()
     training, test = open_source(arguments.train), open_source(arguments.test)
     kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    rows = kept.setdefault(Path(arguments.train).name, {})
+    rows = kept.setdefault(arguments.name or Path(arguments.train).name, {})
+    teacher = make_teacher(load_config(), training)
+    assert isinstance(teacher, Teacher)
+    said = RememberingViews(teacher)
     for name, changes in SETTINGS.items():
         if arguments.only and arguments.only not in name:
             continue
-        learner, max_range = learn(training, changes)
+        learner, max_range = learn(training, said, changes)
         maps = {name: by_pose} | (GATING if not changes else {})
         for row, of_row in maps.items():
             rows[row] = score(learner, test, of_row, max_range)

@@ -24,10 +24,10 @@ from presets_table import score_teachers, write_table
 import curiosight as cs
 from curiosight.config import Config, TeacherConfig
 from curiosight.evaluation import MapScores, SplitKind
-from curiosight.experiments.components import heard, make_teacher
+from curiosight.experiments.components import make_teacher
 from curiosight.experiments.evaluating import CrossValidation
 from curiosight.learner.observation import Teaches
-from curiosight.teacher import Segmentation
+from curiosight.teacher import Segmentation, Teacher, TemporalTeacher
 
 RESULTS = Path(__file__).parent / "results" / "presets.json"
 
@@ -101,10 +101,36 @@ class Remembering:
     def segment(self, frame: cs.Frame) -> Segmentation:
         """Return what the teacher says, from memory where it was asked before."""
         if frame.id not in self._remembered:
-            full = self._teacher.segment(frame)
-            nothing = np.broadcast_to(np.uint16(0), full.labels.shape)
-            self._remembered[frame.id] = Segmentation(full.labels, nothing, problem=full.problem)
+            self._remembered[frame.id] = without_things(self._teacher.segment(frame))
         return self._remembered[frame.id]
+
+
+class RememberingViews(TemporalTeacher):
+    """The same of one with a memory: each frame once as it looks, once more in hindsight."""
+
+    def __init__(self, teacher: Teacher) -> None:
+        super().__init__(teacher)
+        self._remembered: dict[tuple[str, bool], Segmentation] = {}
+
+    def segment(self, frame: cs.Frame) -> Segmentation:
+        """Return what the teacher says; a frame that was seen before does not vote again."""
+        key = frame.id, self.is_remembering
+        if key not in self._remembered:
+            self._remembered[key] = without_things(super().segment(frame))
+        return self._remembered[key]
+
+
+def without_things(full: Segmentation) -> Segmentation:
+    """Return what learning needs of a segmentation: labels, and which way is up."""
+    nothing = np.broadcast_to(np.uint16(0), full.labels.shape)
+    flat = np.empty((0, 0), np.float32)
+    lowest = tuple(
+        replace(support, heights=flat, extent=None, core=None, skirt=None)
+        for support in full.supports[:1]
+    )
+    return Segmentation(
+        full.labels, nothing, supports=lowest, problem=full.problem, n_turns=full.n_turns
+    )
 
 
 class Recording:
@@ -112,13 +138,16 @@ class Recording:
 
     def __init__(self, path: Path, split: SplitKind) -> None:
         self.name, self.split, self.dataset = path.name, split, cs.open_dataset(path)
-        self._teachers: dict[TeacherConfig, Remembering] = {}
+        self._teachers: dict[TeacherConfig, Teaches] = {}
 
-    def teacher(self, config: Config) -> Remembering:
+    def teacher(self, config: Config) -> Teaches:
         """Return the teacher that settings ask for; with memory it begins without any."""
         if config.teacher not in self._teachers:
-            teacher = heard(config, make_teacher(config, self.dataset))
-            self._teachers[config.teacher] = Remembering(teacher)
+            teacher = make_teacher(config, self.dataset)
+            if config.teacher.temporal and isinstance(teacher, Teacher):
+                self._teachers[config.teacher] = RememberingViews(teacher)
+            else:
+                self._teachers[config.teacher] = Remembering(teacher)
         return self._teachers[config.teacher]
 
 

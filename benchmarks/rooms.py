@@ -1,7 +1,7 @@
 """Score teacher and learner in drawn rooms, and how hard the rooms are.
 
     python benchmarks/rooms.py teacher [--seeds 11 12 13 14 15]
-    python benchmarks/rooms.py learner [--seeds 11 12 13 14 15] [--run-seeds 0 1]
+    python benchmarks/rooms.py learner [--seeds 11 12 13 14 15] [--run-seeds 0 1] [--only default]
     python benchmarks/rooms.py sheet FILE [--seeds 1 2 … 12]
 
 Thresholds, features and rooms were made looking at seeds below 10 and above 20.
@@ -45,6 +45,11 @@ N_STEPS = 200
 KINECT_RANGE = 3.5
 SENSORS: tuple[SensorName, ...] = ("perfect", "kinect")
 PARTS = ("near", "beyond_range", "missing")
+BASELINES: dict[str, Callable[[Rgb], Saliency]] = {
+    "fine_grained": fine_grained,
+    "spectral_residual": spectral_residual,
+}
+METHODS = (*BASELINES, "paper", "default")
 # The truth of today, and that of before, by which no furniture was an object.
 TRUTHS = ("bare small furniture is salient", "no furniture is salient")
 
@@ -103,16 +108,17 @@ def score_views(views: RoomViews, sheets: Path | None) -> dict[str, list[Teacher
     return counts
 
 
-def score_learner(seeds: list[int], run_seeds: list[int]) -> None:
+def score_learner(seeds: list[int], run_seeds: list[int], methods: list[str]) -> None:
     """Explore each room, move its things, and print how well they are found."""
     rows: dict[str, Any] = {}
     for seed in seeds:
         room = draw_room(RoomSettings(seed))
         looks = moved_looks(room)
-        methods = {"fine_grained": [fine_grained], "spectral_residual": [spectral_residual]}
-        for preset in ("paper", "default"):
-            methods[preset] = [explored(room, preset, run_seed) for run_seed in run_seeds]
-        for name, maps in methods.items():
+        for name in methods:
+            if name in BASELINES:
+                maps = [BASELINES[name]]
+            else:
+                maps = [explored(room, name, run_seed) for run_seed in run_seeds]
             scored = [score_maps(saliency, looks) for saliency in maps]
             figures = {part: float(np.mean([one[part] for one in scored])) for part in scored[0]}
             rows.setdefault(name, {})[seed] = figures
@@ -125,8 +131,10 @@ def score_learner(seeds: list[int], run_seeds: list[int]) -> None:
         }
         print(f"mean    {name:18}", *(f"{part} {mean:.3f}" for part, mean in means.items()))
     RESULTS.mkdir(exist_ok=True)
-    kept = {"run_seeds": run_seeds, **rows}
-    (RESULTS / "rooms-learner.json").write_text(json.dumps(kept, indent=1) + "\n")
+    path = RESULTS / "rooms-learner.json"
+    before = json.loads(path.read_text()) if path.exists() else {}
+    kept = {**before, "run_seeds": run_seeds, **rows}
+    path.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 def moved_looks(room: Room) -> list[Look]:
@@ -187,6 +195,8 @@ def main() -> None:
             command.add_argument("--sheets", type=Path, help="write a picture a view")
         if name == "learner":
             command.add_argument("--run-seeds", type=int, nargs="+", default=[0, 1])
+            kept = "these; what was measured of the others is kept"
+            command.add_argument("--only", nargs="+", choices=METHODS, default=METHODS, help=kept)
         if name == "sheet":
             command.add_argument("file", type=Path)
     arguments = parser.parse_args()
@@ -196,7 +206,7 @@ def main() -> None:
             cameras += [(0.4, 0.0), (0.4, 30.0), (1.6, 20.0), (1.6, 45.0)]
         score_teacher(arguments.seeds, cameras, arguments.sensors, arguments.sheets)
     elif arguments.command == "learner":
-        score_learner(arguments.seeds, arguments.run_seeds)
+        score_learner(arguments.seeds, arguments.run_seeds, arguments.only)
     else:
         draw_sheet(arguments.file, arguments.seeds)
 

@@ -1,6 +1,7 @@
 """Compare the strategies: overall error and travel over steps, mean and spread over seeds.
 
-    python benchmarks/strategies.py RECORDING [--seeds 10] [--steps 200] [--preset default]
+    python benchmarks/strategies.py RECORDING [--strategies chronological,random,iac]
+        [--seeds 10] [--steps 200] [--preset default]
 
 Tests on every tenth frame, three neighbours on each side left out of learning. Keeps
 benchmarks/results/strategies-PRESET.json. `chronological` depends on the seed too: which pixels
@@ -21,7 +22,6 @@ import numpy as np
 import curiosight as cs
 from curiosight.experiments.exploring import Exploration
 from curiosight.experiments.output import OutputFolder
-from curiosight.explorer.strategies import STRATEGIES
 
 RESULTS = Path(__file__).parent / "results"
 SHOWN = (10, 20, 50, 100, 200)
@@ -54,13 +54,14 @@ def main() -> None:
     """Run all, print a table, keep every curve."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recording", type=Path)
+    parser.add_argument("--strategies", default="chronological,random,iac")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--steps", type=int, default=200)
     parser.add_argument("--preset", default="default")
     arguments = parser.parse_args()
     curves: dict[str, Any] = {}
     with ProcessPoolExecutor(2) as pool:
-        for strategy in STRATEGIES:
+        for strategy in arguments.strategies.split(","):
             tasks = [
                 (arguments.recording, arguments.preset, strategy, seed, arguments.steps)
                 for seed in range(arguments.seeds)

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
+from curiosight.explorer.decision import Candidate, Decision
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Label
 from curiosight.teacher import Segmentation
@@ -76,6 +77,13 @@ def room_map(n_posed: int = 6) -> RoomMap:
     )
 
 
+def decisions(name: str) -> list[tuple[int, Decision]]:
+    """Return a decision of three candidates, explained with a name, and one without a choice."""
+    here, there = Candidate(0, None, 30.0, 0.125), Candidate(2, 0.5, 7.25, 0.25)
+    among = Decision((here, Candidate(1, 0.0, 3.0, -1.0), there), 2, name)
+    return [(12, among), (20, Decision((Candidate(0, 0.1, 0.0, 0.1),), 0, "alone"))]
+
+
 def report(name: str = "kitchen") -> Report:
     """Return a report with everything in it, called `name` wherever a name can stand."""
     return Report(
@@ -87,6 +95,7 @@ def report(name: str = "kitchen") -> Report:
         steps=rows(),
         region_names=(name, *NAMES[1:]),
         region_note=f"Called {name}.",
+        decisions=decisions(name),
         room_map=replace(room_map(), footprints=[Footprint(name, np.eye(3)[:, :2])]),
         making=Making(name, {name: name}, name, {name: 1.5}, {name: name}),
         problems=[name],

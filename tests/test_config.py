@@ -288,11 +288,22 @@ def test_every_setting_of_the_learner_reaches_it(section: str) -> None:
         ("undefined", "ignore"),
         ("negative", "drop"),
         ("exponent", -1.0),
-        ("strategy", "ica"),
+        ("progress", "sideways"),
     ],
 )
 def test_every_setting_of_the_explorer_reaches_the_strategy(key: str, value: Any) -> None:
-    config = load_config(overrides={f"explorer.{key}": value})
+    config = load_config(overrides={f"explorer.{key}": value, "explorer.strategy": "iac"})
     views = (Viewpoint(0, 0), Viewpoint(1, 1))
     with pytest.raises(ValueError, match=rf"{key}.*: expected"):
         choose_strategy(config, views, np.random.default_rng(0))
+
+
+def test_unknown_strategies_are_refused_with_the_nearest_name(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"strategy: expected .*, got 'ica'; did you mean iac\?"):
+        load_config(overrides={"explorer.strategy": "ica"})
+    path = tmp_path / "mine.toml"
+    path.write_text('[explorer]\nstrategy = "covrage"\n', encoding="utf-8")
+    with pytest.raises(DataError, match=r"\[explorer\] strategy: .*did you mean coverage\?"):
+        load_config(path=path)
+    for name in ("sweep:3", "rl-iac:sampled", "oracle", "my_package.looking:Around"):
+        assert load_config(overrides={"explorer.strategy": name}).explorer.strategy == name

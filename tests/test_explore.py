@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,7 +20,8 @@ from curiosight.experiments.truth import find_truth
 from curiosight.explore import Step, explore
 from curiosight.explorer import STRATEGIES, Chronological, Iac, make_strategy
 from curiosight.explorer.outcome import Outcome
-from curiosight.frame import Viewpoint
+from curiosight.frame import Label, Viewpoint
+from curiosight.learner.description import fit_labels
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.teacher import Teacher, survey_recording
 from room_world import RoomRecording, room_world
@@ -60,8 +61,12 @@ class Diary:
             change=SimpleNamespace(has_drifted=False),
         )
 
+    def rescoring(self, observation: SimpleNamespace) -> Callable[[], float | None]:
+        return lambda: observation.error
+
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
-        self.calls.append(("update", viewpoint.index, outcome.error))
+        assert outcome.again is not None
+        self.calls.append(("update", viewpoint.index, outcome.again()))
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return ()
@@ -229,3 +234,34 @@ def test_real_table_scenes_are_learned() -> None:
         for _ in explore(world, learner, Chronological(views), len(views)):
             pass
     assert held_out.overall_error() < 0.25
+
+
+def test_looks_are_scored_again_by_the_model_as_it_is(room, teacher) -> None:
+    """Their error now is that of a map made now, and asking for it teaches nothing."""
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    observation = learner.observe(room[0])
+    again = learner.rescoring(observation)
+    assert again() < observation.error == 1  # it has learned from that very view
+    for index in range(3, 24, 2):
+        learner.observe(room[index])
+    known = learner.calibration.counts.copy(), learner.n_samples
+    description = observation.description
+    labels = fit_labels(observation.segmentation.labels, description)
+    predicted = learner.predict(description, room.poses[0])[description.row_of_pixel] > 0.5
+    is_salient, is_other = labels == Label.SALIENT, labels == Label.NOT_SALIENT
+    marked = (predicted & (is_salient | is_other)).sum()
+    f1 = 2 * (predicted & is_salient).sum() / (marked + is_salient.sum())
+    assert again() == again() == pytest.approx(1 - f1)
+    assert (learner.calibration.counts == known[0]).all()
+    assert learner.n_samples == known[1]
+
+
+def test_backward_progress_needs_no_more_than_the_loop(room, teacher) -> None:
+    learner = make_learner(Config.of_preset("default"), teacher, np.random.default_rng(0))
+    with room_world(room) as world:
+        strategy = Iac(world.views, np.random.default_rng(0), progress="backward", n_stay=3)
+        steps = list(explore(world, learner, strategy, 16))
+    assert {step.viewpoint.region for step in steps[:8]} == {0, 1, 2, 3}
+    progress = [strategy.progress_of(region) for region in range(4)]
+    assert all(value is not None and abs(value) < 0.5 for value in progress)
+    assert max(progress) > 0

@@ -23,6 +23,7 @@ Capsys = pytest.CaptureFixture[str]
 RUN_FILES = {
     "config.toml",
     "steps.csv",
+    "decisions.csv",
     "timings.csv",
     "model.npz",
     "report.html",

@@ -43,7 +43,10 @@ from reports import (
     text_of,
 )
 
-SECTIONS = ["examples", "results", "curve", "map", "regions", "problems", "limits", "making"]
+SECTIONS = [
+    *("examples", "results", "curve", "map", "regions", "decisions"),
+    *("problems", "limits", "making"),
+]
 
 
 class TestPage:
@@ -80,7 +83,8 @@ class TestPage:
             ({"results": [Results("none", (), ())]}, {"results"}),
             ({"steps": []}, {"curve", "regions"}),
             ({"steps": [Row(0, 0, None, None)]}, {"curve"}),
-            ({"region_names": ()}, {"regions"}),
+            ({"region_names": ()}, {"regions", "decisions"}),
+            ({"decisions": ()}, {"decisions"}),
             ({"room_map": None}, {"map"}),
             ({"room_map": RoomMap(seen_from_above([None]), np.zeros(1, int), [0])}, {"map"}),
             ({"problems": (), "limits": (), "making": None}, {"problems", "limits", "making"}),
@@ -90,6 +94,12 @@ class TestPage:
         tree = read(replace(report(), **left_out))
         named = [section.get("aria-labelledby") for section in tree.iter("section")]
         assert named == [name for name in SECTIONS if name not in sections]
+
+    def test_decisions_say_why_and_what_else(self):
+        table = of_class(read(report()), "decisions")[0]
+        cells = [text_of(cell) for cell in next(table.iter("tbody")).iter() if cell.tag != "tr"]
+        assert cells[1:6] == ["12", "x1 y0", "7 s", "kitchen", "kitchen, 30 s away (0.125)"]
+        assert cells[6:] == ["20", "kitchen", "0 s", "alone", ""]
 
     def test_title_and_sentence_are_enough(self):
         tree = read(Report("A room", "Nothing happened."))

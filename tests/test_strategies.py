@@ -205,7 +205,7 @@ def test_strategies_are_made_by_name(name: str) -> None:
 
 
 def test_unknown_strategy_names_the_nearest() -> None:
-    with pytest.raises(ValueError, match=r"chronological, random, iac.*mean random\?"):
+    with pytest.raises(ValueError, match=r"chronological, random, .*iac.*mean random\?"):
         make_strategy("randm", make_views(2), rng())
     with pytest.raises(ValueError, match=r"got 'xyzzy'$"):
         make_strategy("xyzzy", make_views(2), rng())

@@ -14,8 +14,9 @@ from curiosight.explorer.strategies import Chronological, Iac
 from curiosight.frame import Camera, Frame, Pose, Viewpoint
 from curiosight.worlds.check import check_world
 from curiosight.worlds.replay import ReplayWorld
-from curiosight.worlds.travel import Odometer, travel
+from curiosight.worlds.travel import Odometer, straight_ways, travel
 from curiosight.worlds.world import World
+from room import poses_around
 
 
 class TinyRecording:
@@ -249,3 +250,16 @@ def test_odometer_sums_and_passes_over_unknown_poses() -> None:
         odometer.add(T_world_camera)
     assert odometer.metres == pytest.approx(3)
     assert odometer.degrees == pytest.approx(180)
+
+
+def test_straight_ways_are_those_of_travel_one_by_one() -> None:
+    poses = poses_around(7)
+    views = [Viewpoint(index, 0, pose) for index, pose in enumerate([*poses, None])]
+    metres, degrees = straight_ways(views[2], views)
+    assert (metres[-1], degrees[-1]) == (0, 0), "nobody knows"
+    for number, pose in enumerate(poses):
+        expected = travel(poses[2], pose)
+        assert (metres[number], degrees[number]) == pytest.approx(expected, abs=1e-9)
+    assert (metres[2], degrees[2]) == (0, pytest.approx(0, abs=1e-6))
+    assert [part.tolist() for part in straight_ways(views[-1], views[:2])] == [[0, 0], [0, 0]]
+    assert [len(part) for part in straight_ways(views[0], [])] == [0, 0]

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from curiosight.explorer.outcome import Outcome
-
 if TYPE_CHECKING:  # the loop only calls what it is given
     from curiosight.explorer import Strategy
     from curiosight.frame import Viewpoint
@@ -31,10 +29,13 @@ def explore(
     world: World, learner: SaliencyLearner, strategy: Strategy, n_steps: int
 ) -> Iterator[Step]:
     """Yield one Step per frame; the learner has learned from it when it is yielded."""
+    from curiosight.explorer.outcome import Outcome  # at use: `--help` waits for no NumPy
+
     for index in range(n_steps):
         viewpoint = strategy.choose()
         cost = world.move_to(viewpoint)
         observation = learner.observe(world.capture())
-        strategy.update(viewpoint, Outcome.of(observation, cost))
+        outcome = Outcome.of(observation, cost, learner.rescoring(observation))
+        strategy.update(viewpoint, outcome)
         progress = strategy.progress_of(viewpoint.region)
         yield Step(index, viewpoint, cost, observation, progress)

@@ -42,7 +42,9 @@ def explore(
     strategy: Annotated[
         str | None,
         typer.Option(
-            help="chronological, random, or iac = where it learns fastest.",
+            help="iac = where it learns fastest; rl-iac = with the way counted; sweep, coverage = "
+            "by short ways; random, random-region, chronological; error, novelty, uncertainty, "
+            "forgetting; progress-rate; or package.module:Class of your own.",
             rich_help_panel=EXPLORING,
             show_default="iac",
         ),
@@ -109,10 +111,10 @@ def explore(
 ) -> None:
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
-    Writes report.html to look at first, config.toml, steps.csv, timings.csv, model.npz,
-    summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a run early and
-    keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json only at the
-    end. Exit status 1: nothing was learned.
+    Writes report.html to look at first, config.toml, steps.csv, decisions.csv, timings.csv,
+    model.npz, summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a
+    run early and keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json
+    only at the end. Exit status 1: nothing was learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(

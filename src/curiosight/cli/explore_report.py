@@ -13,7 +13,7 @@ from curiosight.cli.lessons import lesson_problems
 from curiosight.cli.talk import count, scores_are_too_good
 from curiosight.cli.versions import versions
 from curiosight.config import to_toml
-from curiosight.experiments.exploring import Exploration
+from curiosight.experiments.exploring import DECISIONS, Exploration
 from curiosight.experiments.output import OutputFolder
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.rooms import DrawnViews
@@ -43,9 +43,18 @@ LEFTOVERS = (
 N_LOOKS = 10  # that the errors at first and at the end are means of
 REPORT = "report.html"
 _WAYS = {
-    "iac": "going where it learned fastest",
-    "random": "looking around at random",
     "chronological": "in the order of the recording",
+    "random": "looking around at random",
+    "random-region": "each region as likely as another",
+    "sweep": "from region to region, the nearest first",
+    "coverage": "always at the nearest view that it had not seen",
+    "iac": "going where it learned fastest",
+    "rl-iac": "going where it would learn fastest, ways counted",
+    "error": "going where it was wrong",
+    "novelty": "going where it had looked least",
+    "uncertainty": "going where it was unsure",
+    "forgetting": "going where it had not been for long",
+    "progress-rate": "going where a second was expected to teach most",
 }
 _POSE_REGIONS = (
     "A region is a part of the floor, x counted from the left and y from below, and there a range "
@@ -61,6 +70,7 @@ _STAGES = {
 }
 _FILES = {
     "steps.csv": "every step: frame, region, errors, learning progress",
+    "decisions.csv": "what was weighed each time a region was chosen, and why it was that one",
     "timings.csv": "milliseconds of every step",
     "summary.json": "the results, for programs",
     "config.toml": "all settings",
@@ -89,6 +99,7 @@ def exploration_report(
         ],
         steps=run.rows,
         region_names=run.regions.names,
+        decisions=run.decisions.last,
         region_note=_POSE_REGIONS if run.regions.kind.startswith("pose") else "",
         room_map=_room_map(run),
         making=_making(run, summary, command),
@@ -137,7 +148,8 @@ def _visited(run: Exploration) -> list[int]:
 
 
 def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
-    way = _WAYS.get(summary["strategy"], summary["strategy"])
+    name = summary["strategy"]
+    way = _WAYS.get(name.partition(":")[0], f"as {name} told it")
     sentence = (
         f"curiosight looked at {count(len(run.rows), 'frame')} in "
         f"{count(run.regions.n_regions, 'region')}, {way}, and learned from depth how objects "
@@ -210,7 +222,8 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         for stage, spent in summary["stages"].items()
         if stage != "test" or run.truth.indices
     }
-    return Making(shlex.join(command), facts, to_toml(config), times_ms, _FILES)
+    files = {name: what for name, what in _FILES.items() if name != DECISIONS or run.decisions.last}
+    return Making(shlex.join(command), facts, to_toml(config), times_ms, files)
 
 
 def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:

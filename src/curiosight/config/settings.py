@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from curiosight.datasets.reading import AS_RECORDED, Reading
+from curiosight.explorer.iac import Direction
 from curiosight.explorer.progress import Negative, Undefined
 from curiosight.explorer.regions import OrientationSplit, PositionSplit
-from curiosight.explorer.strategies import Over
+from curiosight.explorer.strategies import Over, check_name
 from curiosight.learner.features import ColourSpace, RowsPer, SuperpixelKind
 from curiosight.teacher import PaperSettings, SegmentationSettings
 
@@ -106,7 +107,11 @@ class ForestConfig:
 
 @dataclass(frozen=True, slots=True)
 class ExplorerConfig:
-    """Where to look (sec. II-B). regions: "" = pose where there are poses, else time:5."""
+    """Where to look (sec. II-B). regions: "" = pose where there are poses, else time:5.
+
+    strategy: see docs/strategies.md. progress: of the errors as they were made, "forward", or of
+    a few kept frames that are scored again after every look, "backward", which takes time.
+    """
 
     strategy: str = "iac"
     n_steps: int = 200
@@ -116,6 +121,7 @@ class ExplorerConfig:
     n_stay: int = 10
     n_warm_up: int = 2
     random_share: float = 0.25
+    progress: Direction = "forward"
     theta: int = 15
     smoothing: int = 1
     min_errors: int = 2
@@ -127,6 +133,7 @@ class ExplorerConfig:
 
     def __post_init__(self) -> None:
         _check_least("n_steps", self.n_steps, 1)
+        check_name(self.strategy)
 
 
 @dataclass(frozen=True, slots=True)

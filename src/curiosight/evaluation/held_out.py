@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -87,6 +88,13 @@ class HeldOut:
         # Of each view which forests are asked; of each forest the votes for all who ask it.
         self._asked: list[dict[int, float]] = []
         self._votes: dict[int, Votes] = {}
+
+    def copied(self, learner: SaliencyLearner) -> HeldOut:
+        """Return the same tests of a copy of the learner, with the votes that are known."""
+        other = copy.copy(self)
+        other._learner = learner
+        other._votes = {key: votes.copy() for key, votes in self._votes.items()}
+        return other
 
     def overall_error(self, change: Change | None = None) -> float | None:
         """Return the mean over the frames of 1 - F1 (eq. 1); None without any frame.

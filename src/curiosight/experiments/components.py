@@ -14,6 +14,7 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
 from curiosight.explorer.ground import Ways
+from curiosight.explorer.oracle import Trial
 from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
@@ -285,19 +286,22 @@ def choose_strategy(
     views: tuple[Viewpoint, ...],
     rng: np.random.Generator,
     ways: Ways | None = None,
+    trial: Trial | None = None,
 ) -> Strategy:
-    """Return the strategy that the settings ask for; ways: see `Ground`."""
+    """Return the strategy that the settings ask for; ways: see `Ground`; trial: see `Oracle`."""
     settings = config.explorer
     return make_strategy(
         settings.strategy,
         views,
         rng,
         ways=ways,
+        trial=trial,
         random_over=settings.random_over,
         random_n_stay=settings.random_n_stay,
         n_stay=settings.n_stay,
         n_warm_up=settings.n_warm_up,
         random_share=settings.random_share,
+        progress=settings.progress,
         theta=settings.theta,
         smoothing=settings.smoothing,
         min_errors=settings.min_errors,

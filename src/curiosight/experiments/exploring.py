@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
@@ -27,6 +28,7 @@ from curiosight.experiments.components import (
     place,
     survey_dataset,
 )
+from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Lessons, Problems
@@ -34,13 +36,17 @@ from curiosight.experiments.stopwatch import Stopwatch
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
+from curiosight.explorer.strategies import check_loadable
+from curiosight.frame import Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds import Odometer
+from curiosight.worlds.travel import travel_seconds
 
 # Files that a run under way may find of an earlier one; others it replaces at its start.
-RESULTS = (MODEL, "summary.json")
+DECISIONS = "decisions.csv"
+RESULTS = (MODEL, "summary.json", DECISIONS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +97,7 @@ class Exploration:
         keeping: Keeping | None = None,
         leftovers: Sequence[str] = (),
     ) -> None:
+        check_loadable(config.explorer.strategy)
         self.dataset = dataset
         self.out = out
         self.rows: list[StepRow] = []
@@ -115,7 +122,8 @@ class Exploration:
         self.config = config
         training = self._choose_tests(test_source)
         self.world = make_world(config, dataset, self.regions, training)
-        self._strategy = choose_strategy(config, tuple(self.world.views), strategy_rng)
+        views = tuple(self.world.views)
+        self._strategy = choose_strategy(config, views, strategy_rng, ways=self._seconds)
         self.world.upcoming = self._strategy.upcoming
         self.stopwatch = self._watch()
         self._odometer = Odometer()
@@ -124,6 +132,7 @@ class Exploration:
         out.write_text("config.toml", to_toml(config))
         self._steps_file = TableFile(out.file("steps.csv"), [f.name for f in fields(StepRow)])
         self._times_file = TableFile(out.file("timings.csv"), ["step", *self.stopwatch.stages])
+        self.decisions = DecisionsFile(out.file(DECISIONS), self._strategy)
 
     def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
         """Run the loop; yield each step and its row once both are on disk."""
@@ -133,6 +142,7 @@ class Exploration:
                 row = self._note(step)
                 self.rows.append(row)
                 self._steps_file.add(asdict(row))
+                self.decisions.add(step.index)
                 self._times_file.add({"step": step.index, **self.stopwatch.lap()})
                 self._keep()
                 yield step, row
@@ -151,7 +161,11 @@ class Exploration:
         """End what runs beside the loop; may be called twice."""
         self._steps_file.close()
         self._times_file.close()
+        self.decisions.close()
         self.world.close()
+
+    def _seconds(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> npt.NDArray[np.float64]:
+        return travel_seconds(*self.world.ways(start, goals))
 
     @property
     def n_learned(self) -> int:

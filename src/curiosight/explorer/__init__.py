@@ -1,6 +1,7 @@
 """Where to look next: regions, learning progress, strategies (sec. II-B)."""
 
 from curiosight.explorer.check import check_strategy
+from curiosight.explorer.decision import Candidate, Decision, Explains
 from curiosight.explorer.regions import Regions, make_regions
 from curiosight.explorer.strategies import (
     STRATEGIES,
@@ -13,7 +14,10 @@ from curiosight.explorer.strategies import (
 
 __all__ = [
     "STRATEGIES",
+    "Candidate",
     "Chronological",
+    "Decision",
+    "Explains",
     "Iac",
     "Random",
     "Regions",

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from curiosight.explorer.decision import Decision, Explains
 from curiosight.explorer.outcome import Outcome
-from curiosight.explorer.strategies import Strategy
+from curiosight.explorer.strategy import Strategy
 from curiosight.frame import Viewpoint
 
 StrategyFactory = Callable[[Sequence[Viewpoint], np.random.Generator], Strategy]
@@ -42,7 +43,7 @@ def check_strategy(factory: StrategyFactory) -> None:
 def _choices(factory: StrategyFactory, views: Sequence[Viewpoint], *, ask: bool) -> list[int]:
     """Run a strategy on made-up errors; return the indices it chose.
 
-    ask: also call `upcoming` and `progress_of` at every step, and check what they say.
+    ask: also call `upcoming`, `progress_of` and `reasons` at every step, and check what they say.
     """
     rng = np.random.default_rng(0)
     strategy = factory(views, np.random.default_rng(1))
@@ -63,6 +64,8 @@ def _choices(factory: StrategyFactory, views: Sequence[Viewpoint], *, ask: bool)
         strategy.update(viewpoint, Outcome(None if len(choices) % 5 == 0 else error))
         if ask:
             _check_progress(strategy.progress_of(viewpoint.region))
+            if isinstance(strategy, Explains):
+                _check_reasons(strategy.reasons())
     return choices
 
 
@@ -77,3 +80,20 @@ def _announced(strategy: Strategy, earlier: list[int]) -> list[int]:
 def _check_progress(progress: float | None) -> None:
     if progress is not None and not np.isfinite(progress):
         raise ValueError(f"progress_of: expected None or a finite number, got {progress}")
+
+
+def _check_reasons(decision: Decision | None) -> None:
+    if decision is None:
+        return
+    if not isinstance(decision, Decision):
+        raise ValueError(f"reasons: expected a Decision or None, got {decision!r}")
+    regions = [candidate.region for candidate in decision.candidates]
+    if decision.chosen not in regions:
+        raise ValueError(f"reasons: expected one of {regions} as chosen, got {decision.chosen}")
+    numbers = [
+        number
+        for one in decision.candidates
+        for number in (one.expected_gain or 0.0, one.seconds, one.score)
+    ]
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"reasons: expected finite numbers, got {decision.candidates}")

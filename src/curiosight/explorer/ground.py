@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,8 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 # (n,) seconds from one viewpoint to n others.
 Ways = Callable[[Viewpoint, Sequence[Viewpoint]], Floats]
+# Of a region so many views stand for all, when ways to other regions are measured.
+N_STARTS = 5
 
 
 class Ground:
@@ -51,3 +54,32 @@ class Ground:
         if here not in self._rows:
             self._rows[here] = self._ways(self.views[here], self.views)
         return self._rows[here]
+
+    @cached_property
+    def between(self) -> Floats:
+        """(n_regions, n_regions) seconds from region to region; 0 from one to itself.
+
+        To the nearest view there, the mean over some views to start from.
+        """
+        seconds = np.zeros((self.n_regions, self.n_regions))
+        for start in range(self.n_regions):
+            ways = self._from_some(start)
+            seconds[start] = [ways[:, goal].min(axis=1).mean() for goal in self.members]
+        np.fill_diagonal(seconds, 0.0)
+        return seconds
+
+    @cached_property
+    def inside(self) -> Floats:
+        """(n_regions,) mean seconds from a view to the nearest other of its region."""
+        steps = np.zeros(self.n_regions)
+        for region, members in enumerate(self.members):
+            if len(members) > 1:
+                ways = np.sort(self._from_some(region)[:, members], axis=1)
+                steps[region] = ways[:, 1].mean()  # the first is the view itself
+        return steps
+
+    def _from_some(self, region: int) -> Floats:
+        """Return (k, n) seconds to all views from some of a region, spread over it."""
+        members = self.members[region]
+        spread = np.linspace(0, len(members) - 1, min(N_STARTS, len(members))).round()
+        return np.stack([self.seconds_from(int(start)) for start in members[spread.astype(int)]])

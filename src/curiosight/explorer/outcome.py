@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Label
 
 Array = npt.NDArray[Any]
+Again = Callable[[], float | None]
 
 # Readings taken across and down an image, and how far they count, metres.
 N_ACROSS, N_DOWN = 64, 48
@@ -86,6 +88,7 @@ class Outcome:
     seconds: of the way there. uncertainty: mean of 1 - |2 s - 1| over the scores s; None = not
     known. seen: None where the pose or the depth is not known. has_changed: the place is no longer
     what was learned of it.
+    again: tells the error of this look by the model as it is when called; None = nobody can.
     """
 
     error: float | None = None
@@ -93,14 +96,15 @@ class Outcome:
     uncertainty: float | None = None
     seen: Seen | None = None
     has_changed: bool = False
+    again: Again | None = None
 
     @classmethod
-    def of(cls, observation: Observed, seconds: float) -> Self:
+    def of(cls, observation: Observed, seconds: float, again: Again | None = None) -> Self:
         """Return what an observation tells; seconds: of the way there."""
         seen = Seen.of(observation.frame, observation.segmentation.labels)
         uncertainty = mean_uncertainty(observation.scores)
         has_changed = observation.change.has_drifted
-        return cls(observation.error, seconds, uncertainty, seen, has_changed)
+        return cls(observation.error, seconds, uncertainty, seen, has_changed, again)
 
 
 def mean_uncertainty(scores: npt.NDArray[np.float32]) -> float | None:

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from curiosight.explorer.decision import Candidate, Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 
 
@@ -31,28 +33,23 @@ class Sweep:
         if n_stay is not None and n_stay < 1:
             raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
         self._ground = Ground(views, ways)
+        self._tally = Tally(self._ground)
         self._n_stay = n_stay
-        self._n_seen = np.zeros(len(self._ground), np.int64)
-        self._n_looks = np.zeros(self._ground.n_regions, np.int64)
-        self._here: int | None = None
         self._first = int(rng.integers(len(self._ground)))
         self._left = 0
         self._region = -1
+        self._decision: Decision | None = None
 
     def choose(self) -> Viewpoint:
-        ground = self._ground
-        if self._here is None:
+        if self._tally.here is None:
             number = self._first
-            self._enter(int(ground.region_of[number]))
+            self._enter(int(self._ground.region_of[number]))
         else:
             if not self._left:
                 self._enter(self._next_region())
-            number = self._nearest(ground.members[self._region])
-        self._here = number
+            number = self._tally.nearest(self._ground.members[self._region])
         self._left -= 1
-        self._n_seen[number] += 1
-        self._n_looks[self._region] += 1
-        return ground.views[number]
+        return self._tally.go_to(number)
 
     def _enter(self, region: int) -> None:
         self._region = region
@@ -60,15 +57,20 @@ class Sweep:
 
     def _next_region(self) -> int:
         """Return the nearest of the regions least looked at, in stays."""
-        ground = self._ground
-        stays = self._n_looks / [self._n_stay or len(members) for members in ground.members]
+        ground, tally = self._ground, self._tally
+        stays = tally.n_looks / [self._n_stay or len(members) for members in ground.members]
         least = np.flatnonzero(stays == stays.min())
-        seconds = ground.seconds_from(self._here)
-        return int(min(least, key=lambda region: seconds[ground.members[region]].min()))
-
-    def _nearest(self, members: np.ndarray) -> int:
-        n_seen, seconds = self._n_seen[members], self._ground.seconds_from(self._here)[members]
-        return int(members[np.lexsort((seconds, n_seen))[0]])
+        seconds = tally.seconds_to_regions()[least]
+        chosen = int(least[np.argmin(seconds)])
+        self._decision = Decision(
+            tuple(
+                Candidate(int(ground.regions[region]), None, float(way), -float(way))
+                for region, way in zip(least, seconds, strict=True)
+            ),
+            int(ground.regions[chosen]),
+            f"nearest of {len(least)} least looked at",
+        )
+        return chosen
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         """Do nothing: the order does not depend on what is learned."""
@@ -78,3 +80,6 @@ class Sweep:
 
     def progress_of(self, region: int) -> float | None:
         return None
+
+    def reasons(self) -> Decision | None:
+        return self._decision

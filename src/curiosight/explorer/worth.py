@@ -14,6 +14,10 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 
+# A region predicted this well, beside all, is worth as much as any.
+ENOUGH = 0.6
+
+
 @dataclass(frozen=True, slots=True)
 class Worth:
     """How much each part of a view counts.
@@ -75,4 +79,4 @@ class Learnability:
             (scores.sum() + self._n_prior * usual) / (len(scores) + self._n_prior)
             for scores in known
         ]
-        return np.clip((np.array(found) / usual) ** 2, self._least, 1.5)
+        return np.clip((np.array(found) / (ENOUGH * usual)) ** 3, self._least, 1.0)

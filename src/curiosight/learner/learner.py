@@ -183,6 +183,26 @@ class SaliencyLearner:
         self._moment = object()
         return scores, error, change
 
+    def error_of(
+        self, rows: Rows, counts: tuple[Counts, Counts], sight: Sight | None
+    ) -> float | None:
+        """Return the error (eq. 1) of a view by the model as it is; nothing is learned.
+
+        rows, counts: as those of a `Visit`; sight: what tells its place, as that of its lesson.
+        """
+        scores = self.scale(self.experts.vote(rows, sight))
+        return f1_error_of_rows(*counts, scores, self.threshold)
+
+    def rescoring(self, observation: Observation) -> Callable[[], float | None]:
+        """Return what tells the error of a look by the model as it is when called.
+
+        It holds the view's description, not its images.
+        """
+        description = observation.description
+        counts = description.count(fit_labels(observation.segmentation.labels, description))
+        sight = sight_of(description, observation.frame.T_world_camera)
+        return partial(self.error_of, description.rows, counts, sight)
+
     def visit(self, frame: Frame, segmentation: Segmentation, n_pixels: int | None = None) -> Visit:
         """Describe a labelled frame and draw what it teaches, for `observe_again` and `fit`.
 

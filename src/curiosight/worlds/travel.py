@@ -38,13 +38,18 @@ def travel_seconds(metres: float | Floats, degrees: float | Floats) -> float | F
 
 def straight_ways(start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
     """Return the (n,) metres and degrees to viewpoints, straight; 0 where a pose is not known."""
-    ways = [
-        (0.0, 0.0)
-        if start.T_world_camera is None or goal.T_world_camera is None
-        else travel(start.T_world_camera, goal.T_world_camera)
-        for goal in goals
-    ]
-    metres, degrees = np.array(ways, np.float64).reshape(-1, 2).T
+    metres, degrees = np.zeros((2, len(goals)))
+    poses = [goal.T_world_camera for goal in goals]
+    known = [number for number, pose in enumerate(poses) if pose is not None]
+    if start.T_world_camera is None or not known:
+        return metres, degrees
+    # As `travel`, of all at once: a strategy asks for hundreds.
+    T_world_b = np.stack([pose for pose in poses if pose is not None])
+    metres[known] = np.linalg.norm(T_world_b[:, :3, 3] - start.T_world_camera[:3, 3], axis=1)
+    R_a_b = start.T_world_camera[:3, :3].T @ T_world_b[:, :3, :3]
+    axes = R_a_b[:, [2, 0, 1], [1, 2, 0]] - R_a_b[:, [1, 2, 0], [2, 0, 1]]
+    turns = np.arctan2(np.linalg.norm(axes, axis=1), np.trace(R_a_b, axis1=1, axis2=2) - 1)
+    degrees[known] = np.degrees(turns)
     return metres, degrees
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -63,7 +65,7 @@ class Run:
             for index, region in enumerate(regions.of_view)
         )
         self.strategy: Strategy = choose_strategy(
-            config, self.views, strategy_rng, ways=self._seconds
+            config, self.views, strategy_rng, ways=self._seconds, trial=self._trial
         )
         self._n_looks = np.zeros(len(self.views), np.int64)
         self._change: Change | None = None
@@ -105,19 +107,34 @@ class Run:
         return since <= N_EACH or since % EVERY == 0 or number in first_looks
 
     def _look(self, viewpoint: Viewpoint, cost: float) -> float | None:
-        shown = self._show(viewpoint)
+        shown = self._show(viewpoint, self._n_looks)
         scores, error, change = self.learner.observe_again(shown.visit)
-        self._note(change)
-        seen, uncertainty = shown.seen, mean_uncertainty(scores)
-        outcome = Outcome(error, cost, uncertainty, seen, change.has_drifted)
+        self._change = together(self._change, change)
+        visit, uncertainty = shown.visit, mean_uncertainty(scores)
+        again = partial(self.learner.error_of, visit.rows, visit.counts, visit.lesson.sight)
+        outcome = Outcome(error, cost, uncertainty, shown.seen, change.has_drifted, again)
         self.strategy.update(viewpoint, outcome)
         return error
 
-    def _show(self, viewpoint: Viewpoint) -> Shown:
-        """Return the next visit of a view; they come in turn."""
+    def _trial(self, views: Sequence[Viewpoint]) -> float:
+        """Return how far the overall error would fall if these views were looked at next.
+
+        It is tried on a copy of the model, with the visits and the chance that would come.
+        """
+        learner = copy.deepcopy(self.learner)
+        held_out = self._held_out.copied(learner)
+        error = held_out.errors(self._change).mean()
+        change, n_looks = Change({}), self._n_looks.copy()
+        for viewpoint in views:
+            _, _, changed = learner.observe_again(self._show(viewpoint, n_looks).visit)
+            change = together(change, changed)
+        return float(error - held_out.errors(change).mean())
+
+    def _show(self, viewpoint: Viewpoint, n_looks: npt.NDArray[np.int64]) -> Shown:
+        """Return the next visit of a view, and count it; they come in turn."""
         assert self._phase is not None
-        visit = self._n_looks[viewpoint.index] % self._prepared.n_visits
-        self._n_looks[viewpoint.index] += 1
+        visit = n_looks[viewpoint.index] % self._prepared.n_visits
+        n_looks[viewpoint.index] += 1
         return self._phase.shown[viewpoint.index * self._prepared.n_visits + int(visit)]
 
     def _enter_phase(self, n_looks: int) -> None:
@@ -126,19 +143,6 @@ class Run:
                 self._phase = phase
                 self._held_out = HeldOut(self.learner, phase.tests)
                 self._change = None
-
-    def _note(self, change: Change) -> None:
-        """Sum up what learning changed since the last measurement."""
-        before = self._change
-        if before is None or before.is_rearranged or change.is_rearranged:
-            self._change = Change({COMMON: ()}, is_rearranged=True)
-            return
-        keys = {*before.trees, *change.trees}
-        both = {
-            key: tuple(sorted({*before.trees.get(key, ()), *change.trees.get(key, ())}))
-            for key in keys
-        }
-        self._change = Change(both)
 
     def _measure(self, look: int) -> float:
         errors = self._held_out.errors(self._change)
@@ -149,3 +153,14 @@ class Run:
     def summary(self) -> dict[str, Any]:
         """Return what the run is of, JSON-able."""
         return {"regions": self.regions.kind, "names": list(self.regions.names)}
+
+
+def together(before: Change | None, change: Change) -> Change:
+    """Sum up what learning changed; before: None = everything may be another."""
+    if before is None or before.is_rearranged or change.is_rearranged:
+        return Change({COMMON: ()}, is_rearranged=True)
+    keys = {*before.trees, *change.trees}
+    both = {
+        key: tuple(sorted({*before.trees.get(key, ()), *change.trees.get(key, ())})) for key in keys
+    }
+    return Change(both)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.explorer.decision import Decision
 from curiosight.explorer.from_above import FromAbove
 from curiosight.viewing.examples import Example
 from curiosight.viewing.figures import StepRecord
@@ -116,6 +117,7 @@ class Report:
     sentence: what happened. took: how long, apart from it as no two runs take the same time.
     region_names: of the regions that `steps` and `room_map` number. region_note: a sentence that
         tells how to read these names.
+    decisions: why it went where it went, each with the step that it led to.
     problems: what went wrong. limits: what the report cannot tell.
     """
 
@@ -127,6 +129,7 @@ class Report:
     steps: Sequence[ReportStep] = ()
     region_names: Sequence[str] = ()
     region_note: str = ""
+    decisions: Sequence[tuple[int, Decision]] = ()
     room_map: RoomMap | None = None
     making: Making | None = None
     problems: Sequence[str] = ()

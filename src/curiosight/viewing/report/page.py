@@ -8,6 +8,7 @@ from pathlib import Path
 from curiosight.files import replace_file
 from curiosight.viewing.report.content import Making, Report, ResultRow, Results
 from curiosight.viewing.report.curve import N_MEAN, learning_curve
+from curiosight.viewing.report.decisions import decision_table
 from curiosight.viewing.report.document import document, list_section, pairs, section
 from curiosight.viewing.report.floor_plan import floor_plan, grid_of
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number
@@ -28,6 +29,11 @@ _CURVE = (
     "The error is 1 − F1: 0 where the model finds all of the objects and nothing else, 1 where it "
     "finds nothing right. Each dot is a frame before the model learned from it, compared with "
     f"what depth says; the thin line is their mean over {N_MEAN}."
+)
+
+_DECISIONS = (
+    "The last times that it chose a region: how far that was, why it was chosen, and which other "
+    "had the highest score. All candidates of all decisions are in decisions.csv."
 )
 
 
@@ -57,6 +63,9 @@ def _sections(report: Report) -> Iterator[Markup]:
         yield _map(report)
     if report.steps and report.region_names:
         yield _regions(report)
+    if report.decisions and report.region_names:
+        table = decision_table(report.decisions, report.region_names)
+        yield section("decisions", "Why it went there", _DECISIONS, table)
     yield list_section("problems", "What went wrong", report.problems)
     yield list_section("limits", "What this page cannot tell", report.limits)
     if report.making is not None:
