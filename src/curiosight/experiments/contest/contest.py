@@ -34,13 +34,8 @@ def check_settings(settings: ContestSettings) -> None:
     for name in settings.strategies:
         config = settings.config_of(name)
         views = (Viewpoint(0, 0, np.eye(4)), Viewpoint(1, 0, np.eye(4)))
-        choose_strategy(
-            config,
-            views,
-            np.random.default_rng(0),
-            ways=lambda _, goals: np.zeros(len(goals)),
-            trial=lambda _: 0.0,
-        )
+        rng = np.random.default_rng(0)
+        choose_strategy(config, views, rng, lambda _, to: np.zeros(len(to)), trial=lambda _: 0.0)
     for source in settings.sources:
         dataset = open_source(place_of(source), reading=settings.config.reading)
         _check_source(source, dataset, settings)
