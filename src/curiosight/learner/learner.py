@@ -166,7 +166,8 @@ class SaliencyLearner:
         segmentation = self.segment(frame)
         labels = fit_labels(segmentation.labels, description)
         sight = self.sight(frame, description, segmentation)
-        scores, error = self._judge(description.rows, description.count(labels), sight)
+        votes = self.vote(description, frame.T_world_camera)
+        scores, error = self._judge(votes, description.count(labels), sight)
         spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
         return Observation(frame, segmentation, description, scores, error, change)
@@ -177,7 +178,8 @@ class SaliencyLearner:
         Return the (n,) scores and the error as they were before learning, and what changed.
         """
         lesson = visit.lesson
-        scores, error = self._judge(visit.rows, visit.counts, lesson.sight)
+        votes = self.experts.vote(visit.rows, lesson.sight)
+        scores, error = self._judge(votes, visit.counts, lesson.sight)
         spot = self.experts.note(lesson.sight)
         change = self.experts.update(lesson.rows, lesson.is_salient, spot, error)
         self._moment = object()
@@ -218,10 +220,9 @@ class SaliencyLearner:
         return Visit(description.rows, (salient, other), lesson)
 
     def _judge(
-        self, rows: Rows, counts: tuple[Counts, Counts], sight: Sight | None
+        self, votes: Votes, counts: tuple[Counts, Counts], sight: Sight | None
     ) -> tuple[Votes, float | None]:
-        """Predict rows of a view, and compare with how many pixels of each are labelled how."""
-        votes = self.experts.vote(rows, sight)
+        """Scale votes for rows of a view; compare with how many pixels of each are labelled how."""
         scores = self.scale(votes)
         error = f1_error_of_rows(*counts, scores, self.threshold)
         if self.calibration is not None and self.is_trained and self.experts.knows(sight):

@@ -34,7 +34,8 @@ def check_settings(settings: ContestSettings) -> None:
     for name in settings.strategies:
         config = settings.config_of(name)
         views = (Viewpoint(0, 0, np.eye(4)), Viewpoint(1, 0, np.eye(4)))
-        choose_strategy(config, views, np.random.default_rng(0), lambda _, to: np.zeros(len(to)))
+        rng = np.random.default_rng(0)
+        choose_strategy(config, views, rng, lambda _, to: np.zeros(len(to)), trial=lambda _: 0.0)
     for source in settings.sources:
         dataset = open_source(place_of(source), reading=settings.config.reading)
         _check_source(source, dataset, settings)
@@ -46,9 +47,8 @@ def _check_source(source: str, dataset: Dataset, settings: ContestSettings) -> N
         name = "steps" if settings.seconds is None else "seconds"
         raise ValueError(f"{name}: expected more than the {change} looks before {source} changes")
     nothing = np.zeros((len(dataset), len(dataset)))
-    for name in settings.strategies:
-        spec = settings.config_of(name).explorer.regions or None
-        make_regions(spec, dataset.poses, dataset.ids, metres=nothing)
+    for spec in {settings.config_of(name).explorer.regions for name in settings.strategies}:
+        make_regions(spec or None, dataset.poses, dataset.ids, metres=nothing)
 
 
 def place_of(source: str) -> str:
