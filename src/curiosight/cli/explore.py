@@ -58,10 +58,11 @@ def explore(
     regions: Annotated[
         str | None,
         typer.Option(
-            help="Where to look for progress: pose = 2x2 places by 4 headings, pose:3x2x4 = "
-            "another grid, time:5 = slices, or a file of `id,region` lines.",
+            help="Where to look for progress: auto = rooms, by the ways between views, auto:4 = "
+            "each by as many headings, pose = 2x2 places by 4 headings, pose:3x2x4 = another "
+            "grid, time:5 = slices, or a file of `id,region` lines.",
             rich_help_panel=EXPLORING,
-            show_default="pose where there are poses, else time:5",
+            show_default="auto where there are rooms, else pose, without poses time:5",
         ),
     ] = None,
     from_: Annotated[

@@ -17,6 +17,7 @@ from curiosight.experiments.components import (
     heard,
     make_learner,
     make_teacher,
+    metres_between,
     survey_dataset,
 )
 from curiosight.experiments.contest.prepared import (
@@ -192,12 +193,9 @@ class Preparation:
         poses = [self._dataset.poses[index] for index in reachable]
         views = [Viewpoint(number, 0, pose) for number, pose in enumerate(poses)]
         turns = [straight_ways(view, views) for view in views]
-        metres = np.array([ways[0] for ways in turns])
-        if self._drawn is not None:
-            places = np.array([pose[:2, 3] for pose in self._drawn.poses])
-            space = self._drawn.free_space
-            metres = np.array([space.ways(place, places) for place in places])
-            metres = (metres + metres.T) / 2  # one way, there and back, but for rounding
+        metres = metres_between(self._dataset, reachable)
+        if metres is None:
+            metres = np.array([ways[0] for ways in turns])
         np.save(self._folder / "metres.npy", metres)
         np.save(self._folder / "degrees.npy", np.array([ways[1] for ways in turns]))
         unknown = np.full((4, 4), np.nan)
