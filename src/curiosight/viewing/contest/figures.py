@@ -8,9 +8,18 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
 
 from curiosight.viewing.figures import share_of_steps, window_shares
-from curiosight.viewing.paper import FAINT, HUES, label_ends, new_figure, save_figure, with_style
+from curiosight.viewing.paper import (
+    FAINT,
+    HUES,
+    label_ends,
+    new_figure,
+    region_colours,
+    save_figure,
+    with_style,
+)
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -32,11 +41,16 @@ class BandOfErrors(Protocol):
 
 @with_style
 def draw_errors(
-    bands: Mapping[str, BandOfErrors], offline_error: float, x_title: str, path: Path | str
+    bands: Mapping[str, BandOfErrors],
+    offline_error: float,
+    x_title: str,
+    path: Path | str,
+    *,
+    others: Mapping[str, float] | None = None,
 ) -> None:
     """Draw the overall error of strategies, mean ± standard deviation, and the off-line model's.
 
-    path: ends in .png or .svg.
+    others: errors by name of what does not learn. path: ends in .png, .svg or .pdf.
     """
     if not bands:
         raise ValueError("bands: expected at least one, got none")
@@ -50,16 +64,8 @@ def draw_errors(
         axes.fill_between(band.x, low, high, color=hue, alpha=0.13, linewidth=0)
         axes.plot(band.x, band.mean, color=hue, linestyle=dash, linewidth=1.8)
         ends.append((float(band.x[-1]), float(band.mean[-1]), name, hue))
-    axes.axhline(offline_error, color=FAINT, linewidth=1, linestyle=(0, (2, 3)))
-    axes.text(
-        0.01,
-        offline_error,
-        "off-line",
-        color=FAINT,
-        va="bottom",
-        fontsize=8,
-        transform=axes.get_yaxis_transform(),
-    )
+    for name, error in {"off-line": offline_error, **(others or {})}.items():
+        _draw_level(axes, name, error)
     axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
     axes.set_ylim(0, 1.02)
     axes.set_xlabel(x_title)
@@ -68,6 +74,13 @@ def draw_errors(
     axes.set_axisbelow(True)
     label_ends(axes, ends, gap=0.22 / height)
     save_figure(figure, path)
+
+
+def _draw_level(axes: Axes, name: str, error: float) -> None:
+    """Draw a line at an error that stays the same."""
+    axes.axhline(error, color=FAINT, linewidth=1, linestyle=(0, (2, 3)))
+    beside = axes.get_yaxis_transform()
+    axes.text(0.01, error, name, color=FAINT, va="bottom", fontsize=8, transform=beside)
 
 
 def draw_time_per_region(
@@ -82,3 +95,39 @@ def draw_time_per_region(
     shares = [window_shares(seed[:n_looks], len(region_names), n_window) for seed in regions]
     steps = np.arange(1, 1 + n_looks)
     share_of_steps(steps, np.mean(shares, axis=0), region_names, path, n_window=n_window)
+
+
+@with_style
+def draw_times(
+    steps: Ints,
+    shares: Mapping[str, Floats],
+    region_names: Sequence[str],
+    path: Path | str,
+    *,
+    n_window: int,
+) -> None:
+    """Draw shares (n_regions, n_steps) of windows of so many looks, a panel a strategy (fig. 7).
+
+    path: ends in .png, .svg or .pdf.
+    """
+    if not shares:
+        raise ValueError("shares: expected at least one, got none")
+    height = max(3.8, 0.26 * len(region_names))
+    figure = new_figure(3.8 * len(shares) + 0.6, height)
+    panels = figure.subplots(1, len(shares), squeeze=False, sharey=True)[0]
+    colours = region_colours(region_names)
+    for panel, (name, share) in zip(panels, shares.items(), strict=True):
+        panel.stackplot(steps, share, colors=colours, edgecolor="white", linewidth=0.4)
+        panel.set_xlim(steps[0], max(steps[-1], steps[0] + 1))
+        panel.set_ylim(0, 1)
+        panel.set_title(name, fontsize=10)
+        panel.set_xlabel("look")
+    panels[0].set_ylabel(f"share of {n_window} looks")
+    last = share[:, -1]
+    middles = np.cumsum(last) - last / 2
+    ends = [
+        (float(steps[-1]), float(middle), name, colour)
+        for middle, name, colour in zip(middles, region_names, colours, strict=True)
+    ]
+    label_ends(panels[-1], ends, gap=0.26 / height)
+    save_figure(figure, path)
