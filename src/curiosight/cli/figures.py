@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,7 @@ from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config, to_toml
 from curiosight.errors import DataError
 from curiosight.experiments.comparing import choose_methods
-from curiosight.experiments.contest.backends import make_workers
+from curiosight.experiments.contest.backends import Workers, make_workers
 from curiosight.experiments.contest.contest import Contest, check_settings, place_of
 from curiosight.experiments.contest.preparing import prepare
 from curiosight.experiments.contest.settings import ContestSettings, absolute_regions
@@ -110,15 +111,17 @@ def figures(
     one_run = settings.config_of(STRATEGIES[0])
     drawing = Drawing(talk, folder, one_run, dataset, methods)
     talk.introduce(source, dataset)
-    with tempfile.TemporaryDirectory(prefix="curiosight-") as scratch, CtrlC() as ctrl_c:
+    pool = make_workers("processes", n_workers=workers)
+    with tempfile.TemporaryDirectory(prefix="curiosight-") as scratch, closing(pool):
         contest = Contest(settings, Path(scratch))
         with announce_compilation(talk.console):
             _prepare(talk, drawing, contest, str(source))
-            is_stopped = lambda: ctrl_c.is_pressed  # noqa: E731
-            if drawing.subject is not None and OF_STRATEGIES & wanted:
-                _run_all(talk, contest, workers, is_stopped)
-                drawing.add_runs(contest, str(source))
-            made = _draw(talk, drawing, wanted, is_stopped)
+            with CtrlC() as ctrl_c:
+                drawing.is_stopped = lambda: ctrl_c.is_pressed
+                if drawing.subject is not None and OF_STRATEGIES & wanted:
+                    _run_all(talk, contest, pool, drawing.is_stopped)
+                    drawing.add_runs(contest, str(source))
+                made = _draw(talk, drawing, wanted)
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(len(made), 'figure')}; these are kept")
         raise typer.Exit(ctrl_c.status)
@@ -166,30 +169,23 @@ def _prepare(talk: Talk, drawing: Drawing, contest: Contest, source: str) -> Non
     drawing.subject = Subject(drawing.config, drawing.dataset, prepared)
 
 
-def _run_all(
-    talk: Talk, contest: Contest, workers: int | None, is_stopped: Callable[[], bool]
-) -> None:
-    pool = make_workers("processes", n_workers=workers)
-    try:
-        contest.begin()
-        with talk.following("strategies", contest.n_missing(), "run") as shown:
-            for task in contest.finished(pool, is_stopped):
-                shown.advance(str(task))
-    finally:
-        pool.close()
+def _run_all(talk: Talk, contest: Contest, pool: Workers, is_stopped: Callable[[], bool]) -> None:
+    contest.begin()
+    with talk.following("strategies", contest.n_missing(), "run") as shown:
+        for task in contest.finished(pool, is_stopped):
+            shown.advance(str(task))
 
 
-def _draw(
-    talk: Talk, drawing: Drawing, wanted: set[int], is_stopped: Callable[[], bool]
-) -> list[int]:
+def _draw(talk: Talk, drawing: Drawing, wanted: set[int]) -> list[int]:
     """Draw figure by figure; say which cannot be."""
     made = []
     for number in sorted(wanted):
-        if is_stopped():
+        if drawing.is_stopped():
             break
         try:
             drawing.draw(number)
             made.append(number)
         except CannotDrawError as reason:
-            talk.warn(f"figure {number}: {reason}")
+            if not drawing.is_stopped():
+                talk.warn(f"figure {number}: {reason}")
     return made

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.cli.evaluate_report import method_results
+from curiosight.cli.evaluate_report import failures, method_results
 from curiosight.cli.talk import Talk
 from curiosight.config import Config
 from curiosight.datasets import Dataset
@@ -43,9 +43,9 @@ from curiosight.viewing.region_map import regions_from_above
 
 ENDINGS = ("svg", "pdf")
 BASELINE = "bms"
-# Looks over which time in regions is counted, and strategies that it is shown of.
-WINDOW = 50
-TIMED = ("random", "iac")
+# Looks over which time in regions is counted: at most, at least, and as a part of a run.
+MOST_LOOKS, LEAST_LOOKS, PART = 50, 5, 5
+TIMED = ("random", "iac")  # whose time in regions is shown
 Row = Mapping[str, Any]
 Floats = npt.NDArray[np.float64]
 
@@ -58,7 +58,8 @@ class Drawing:
     """The figures of one source.
 
     config: as it is prepared with. subject: None where it could not be prepared, for the
-    reason that `problem` says. claims: of the figures drawn so far.
+    reason that `problem` says. is_stopped: asked frame by frame; then no more is drawn.
+    claims: of the figures drawn so far.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Drawing:
         self.config, self.dataset = config, dataset
         self.subject: Subject | None = None
         self.problem = ""
+        self.is_stopped: Callable[[], bool] = lambda: False
         self.claims: list[Claim] = []
         self._curves: dict[str, list[Curve]] = {}
         self._runs: dict[str, list[RunRecord]] = {}
@@ -131,14 +133,19 @@ class Drawing:
     def _compared(self) -> Comparison:
         subject = self._prepared()
         if self._comparison is None:
-            truth = subject.truth
-            n_frames = len(truth.indices if subject.has_truth else subject.shown)
-            with self._talk.following("methods", n_frames) as progress:
-                for comparison in subject.judged(self._methods):
-                    self._comparison = comparison
+            comparison = subject.comparison(self._methods)
+            with self._talk.following("methods", len(subject.compared.indices)) as progress:
+                for _ in subject.compare(comparison):
+                    self._check_going_on()
                     progress.advance()
-        assert self._comparison is not None
+            for failure in failures(comparison):
+                self._talk.warn(failure)
+            self._comparison = comparison
         return self._comparison
+
+    def _check_going_on(self) -> None:
+        if self.is_stopped():
+            raise CannotDrawError("stopped")
 
     def _roc(self) -> None:
         if not self._prepared().has_truth:
@@ -183,6 +190,7 @@ class Drawing:
         with self._talk.following("one view", len(subject.prepared.ids), "look") as progress:
             shots = []
             for shot in evolve(subject, target):
+                self._check_going_on()
                 progress.advance()
                 if shot is not None:
                     shots.append(shot)
@@ -244,7 +252,8 @@ class Drawing:
         if not self._runs:
             raise CannotDrawError("not all runs of the strategies are done")
         names = self._runs[TIMED[0]][0].region_names
-        n_window = min(WINDOW, *(len(run.regions) for each in self._runs.values() for run in each))
+        shortest = min(len(run.regions) for each in self._runs.values() for run in each)
+        n_window = min(shortest, MOST_LOOKS, max(LEAST_LOOKS, shortest // PART))
         shares = {
             strategy: [window_shares(run.regions, len(names), n_window) for run in each]
             for strategy, each in self._runs.items()

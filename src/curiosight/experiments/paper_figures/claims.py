@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,10 @@ BEGINNING = 0.25
 REACHED = 0.95
 # Where false positives are "very low".
 LOW_RATE = 0.01
+# Errors of seeds that differ by no more do so by rounding.
+ALIKE = 1e-6
 _BASELINE = "BMS"
+_Statistic = Callable[[Any], float | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +111,7 @@ def claims_of_errors(
     n_beginning = max(1, round(BEGINNING * random.shape[1]))
     over = f"{len(random)} seeds"
 
-    def claim(text: str, per_seed: Floats, statistic: Callable[..., float] = float) -> Claim:
+    def claim(text: str, per_seed: Floats, statistic: _Statistic = float) -> Claim:
         return _interval(6, text, per_seed, over, seed, statistic)
 
     ends = np.stack([one[:, -1] for one in errors.values()], axis=1)
@@ -161,17 +165,21 @@ def _interval(
     per_seed: Floats,
     over: str,
     seed: int,
-    statistic: Callable[..., float] = float,
+    statistic: _Statistic = float,
 ) -> Claim:
     interval = bootstrap_interval(per_seed, statistic, np.random.default_rng(seed))
     low, high = (None, None) if interval is None else interval
-    return Claim(figure, claim, statistic(per_seed.mean(axis=0)), low, high, over)
+    value = statistic(per_seed.mean(axis=0))
+    return Claim(figure, claim, 0.0 if value is None else value, low, high, over)
 
 
-def _less_spread(moments: Floats) -> float:
-    """Return 1 - the ratio of standard deviations; moments: (2, 2, n_looks)."""
+def _less_spread(moments: Floats) -> float | None:
+    """Return 1 - the ratio of standard deviations, the second to the first.
+
+    moments: (2, 2, n_looks). None where the first does not vary: the same seed, drawn again.
+    """
     deviations = np.sqrt(np.maximum(moments[:, 1] - moments[:, 0] ** 2, 0)).mean(axis=1)
-    return float(1 - deviations[1] / max(deviations[0], 1e-12))
+    return None if deviations[0] < ALIKE else float(1 - deviations[1] / deviations[0])
 
 
 def _gain(

@@ -18,8 +18,8 @@ from curiosight.learner.description import Labels
 from curiosight.metrics import f1_error
 from curiosight.rooms.drawn_views import DrawnViews
 
-# A thing counts as seen from this share of the image on.
-LEAST_SHARE = 0.005
+# A thing counts as seen from this share of the image on, and is worth to be followed from that.
+SEEN_SHARE, FOLLOWED_SHARE = 0.005, 0.02
 Mask = npt.NDArray[np.bool_]
 
 
@@ -112,17 +112,17 @@ def _first_looks(subject: Subject) -> dict[int, int] | None:
         return None
     first: dict[int, int] = {}
     for index in range(len(dataset)):
-        for thing in _things(dataset, index):
+        for thing in _things(dataset, index, SEEN_SHARE):
             first.setdefault(thing, index + 1)
     return first
 
 
-def _things(dataset: KnowsInstances, index: int) -> list[int]:
+def _things(dataset: KnowsInstances, index: int, share: float) -> list[int]:
     instances = dataset.instance_truth(index)
     if instances is None:
         return []
     numbers, counts = np.unique(instances, return_counts=True)
-    is_seen = (numbers > 0) & (counts >= LEAST_SHARE * instances.size)
+    is_seen = (numbers > 0) & (counts >= share * instances.size)
     return [int(number) for number in numbers[is_seen]]
 
 
@@ -132,7 +132,7 @@ def _late_thing(
     """Return the thing of a test view that the looks show last; one that none shows is none."""
     tests = subject.truth.dataset
     assert isinstance(tests, DrawnViews)
-    known = [thing for thing in _things(tests, index) if thing in first]
+    known = [thing for thing in _things(tests, index, FOLLOWED_SHARE) if thing in first]
     if not known:
         return None
     latest = max(known, key=lambda thing: first[thing])

@@ -28,8 +28,8 @@ from curiosight.rooms.drawn_views import DrawnViews
 OURS = "ours"
 # Frames that figures of examples show.
 N_SHOWN = 5
-# Of a recording with truth of nearly every frame every so many are tested on, and as many of
-# their neighbours left out: of a moving camera, whose frames are alike, and of separate scenes.
+# Of a recording with truth of nearly every frame every so many are tested on (of a short one,
+# more), and so many neighbours on each side left out: of a moving camera, and of separate scenes.
 MOVING_EVERY, MOVING_GAP = 10, 1
 SCENES_EVERY, SCENES_GAP = 5, 0
 # Scores at which maps of others may be cut: the best of all is taken.
@@ -37,16 +37,19 @@ N_LEVELS = 256
 
 
 def with_tests_apart(config: Config, dataset: Dataset) -> Config:
-    """Return settings by which no frame is tested on that was learned from."""
+    """Return settings by which no frame is tested on that was learned from.
+
+    Raises ValueError for a recording of too few frames for that.
+    """
     if isinstance(dataset, DrawnViews):
         return config
     learned, tested = split_frames(config, dataset)
     if not set(learned) & set(tested):
         return config
     is_moving = any(pose is not None for pose in dataset.poses)
-    every, gap = (MOVING_EVERY, MOVING_GAP) if is_moving else (SCENES_EVERY, SCENES_GAP)
-    if not len(every_nth(len(dataset), every, gap=gap)[0]):
-        return config
+    most, gap = (MOVING_EVERY, MOVING_GAP) if is_moving else (SCENES_EVERY, SCENES_GAP)
+    every = min(most, max(2 * gap + 2, len(dataset) // 2))
+    every_nth(len(dataset), every, gap=gap)  # refuses too short a recording
     return replace(config, test=replace(config.test, every=every, gap=gap))
 
 
@@ -97,29 +100,33 @@ class Subject:
         """Return the off-line model's map of a frame, from its colours and where it is from."""
         return self.learner.saliency(frame.rgb, frame.T_world_camera)
 
-    def judged(self, methods: Methods) -> Iterator[Comparison]:
-        """Map frame by frame with all methods; yield what is known after each.
+    @property
+    def compared(self) -> Truth:
+        """What methods are compared on: without ground truth but a few frames, to look at."""
+        return self.truth if self.has_truth else replace(self.truth, indices=self.shown)
 
-        All test frames where there is ground truth, else those that are shown, without a score.
-        """
-        truth = self.truth if self.has_truth else replace(self.truth, indices=self.shown)
-        comparison = Comparison(
+    def comparison(self, methods: Methods) -> Comparison:
+        """Return what collects the maps of all methods, still empty."""
+        return Comparison(
             OURS,
             methods,
             max_range=self.config.max_range,
             threshold=self.learner.threshold,
             seed=self.config.run.seed,
-            show=[truth.dataset.ids[index] for index in self.shown],
+            show=[self.truth.dataset.ids[index] for index in self.shown],
         )
+
+    def compare(self, comparison: Comparison) -> Iterator[Frame]:
+        """Map frame by frame with all methods; yield each when it is done."""
+        truth = self.compared
         with one_thread():
             for index, (frame, labels) in zip(truth.indices, truth, strict=True):
                 if labels is not None:
                     told = self.teacher.segment(frame).labels
                     known = labels if self.has_truth else np.full_like(labels, Label.UNKNOWN)
-                    learned = partial(self._map, frame)
                     distances = truth.true_depth(index)
-                    comparison.add(Judged(frame, known, told, distances), learned)
-                yield comparison
+                    comparison.add(Judged(frame, known, told, distances), partial(self._map, frame))
+                yield frame
 
     def _map(self, frame: Frame, rgb: Rgb) -> Saliency:
         return self.learner.saliency(rgb, frame.T_world_camera)

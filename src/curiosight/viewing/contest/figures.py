@@ -8,7 +8,6 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
 
 from curiosight.viewing.figures import share_of_steps, window_shares
 from curiosight.viewing.paper import (
@@ -64,9 +63,11 @@ def draw_errors(
         axes.fill_between(band.x, low, high, color=hue, alpha=0.13, linewidth=0)
         axes.plot(band.x, band.mean, color=hue, linestyle=dash, linewidth=1.8)
         ends.append((float(band.x[-1]), float(band.mean[-1]), name, hue))
+    last = max(float(band.x[-1]) for band in bands.values())
     for name, error in {"off-line": offline_error, **(others or {})}.items():
-        _draw_level(axes, name, error)
-    axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
+        axes.axhline(error, color=FAINT, linewidth=1, linestyle=(0, (2, 3)))
+        ends.append((last, error, name, FAINT))
+    axes.set_xlim(0, last)
     axes.set_ylim(0, 1.02)
     axes.set_xlabel(x_title)
     axes.set_ylabel("overall error, 1 − F1")
@@ -74,13 +75,6 @@ def draw_errors(
     axes.set_axisbelow(True)
     label_ends(axes, ends, gap=0.22 / height)
     save_figure(figure, path)
-
-
-def _draw_level(axes: Axes, name: str, error: float) -> None:
-    """Draw a line at an error that stays the same."""
-    axes.axhline(error, color=FAINT, linewidth=1, linestyle=(0, (2, 3)))
-    beside = axes.get_yaxis_transform()
-    axes.text(0.01, error, name, color=FAINT, va="bottom", fontsize=8, transform=beside)
 
 
 def draw_time_per_region(
