@@ -12,7 +12,8 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.figures_drawing import CannotDrawError, Drawing
+from curiosight.cli.figures_drawing import Drawing
+from curiosight.cli.figures_files import CannotDrawError
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count

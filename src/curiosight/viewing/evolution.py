@@ -13,8 +13,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from curiosight.frame import Rgb
-from curiosight.viewing.comparison.confusion import truth_picture
 from curiosight.viewing.paper import new_figure, save_figure, with_style
+from curiosight.viewing.truth import truth_picture
 
 N_COLUMNS = 4
 _HEAT = "inferno"

@@ -16,7 +16,6 @@ from matplotlib.patches import Patch
 
 from curiosight.frame import Label, Rgb
 from curiosight.teacher import Segmentation
-from curiosight.viewing.comparison.confusion import truth_picture
 from curiosight.viewing.overlays import (
     LABEL_COLOURS,
     LABEL_NAMES,
@@ -25,6 +24,7 @@ from curiosight.viewing.overlays import (
     overlay_labels,
 )
 from curiosight.viewing.paper import new_figure, save_figure, with_style
+from curiosight.viewing.truth import truth_picture
 
 TITLES = ("colour", "what depth says", "saliency from colour", "truth")
 _HEAT = "inferno"

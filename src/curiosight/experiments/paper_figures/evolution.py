@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.datasets import KnowsInstances
+from curiosight.evaluation import MapScores
 from curiosight.evaluation.baselines import Saliency
 from curiosight.experiments.contest.running import Run
 from curiosight.experiments.paper_figures.subject import Subject
 from curiosight.frame import Frame, Label
 from curiosight.learner.description import Labels
-from curiosight.metrics import f1_error
 from curiosight.rooms.drawn_views import DrawnViews
 
 # A thing counts as seen from this share of the image on, and is worth to be followed from that.
@@ -84,7 +84,9 @@ def evolve(subject: Subject, target: Target) -> Iterator[Snapshot | None]:
             continue
         frame, learner = target.frame, run.learner
         saliency = learner.saliency(frame.rgb, frame.T_world_camera)
-        error = f1_error(target.labels, saliency, learner.threshold)
+        scores = MapScores(threshold=learner.threshold)
+        scores.add(frame.id, saliency, target.labels)
+        error = scores.frames[0][1]["all"].error
         on_late = elsewhere = None
         if target.late is not None:
             on_late = float(saliency[target.late.mask].mean())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -161,3 +162,22 @@ def least_error(subject: Subject, method: Methods, name: str) -> tuple[float, fl
 def _counted_above(counts: np.ndarray) -> Floats:
     """Return how many pixels have each level or more."""
     return np.cumsum(counts[::-1])[::-1].astype(np.float64)
+
+
+def example_row(
+    id: str, labels: Labels, saliency: Saliency, truth: Labels | None
+) -> dict[str, Any]:
+    """Return what depth says of which share of a frame, and how salient it is where."""
+    row: dict[str, Any] = {"id": id}
+    for label in Label:
+        row[f"depth_says_{label.name.lower()}"] = float((labels == label).mean())
+    for label in (Label.SALIENT, Label.NOT_SALIENT):
+        of_label = saliency[:0] if truth is None else saliency[truth == label]
+        row[f"saliency_where_truth_is_{label.name.lower()}"] = _mean(of_label)
+    says_nothing = np.isin(labels, (Label.UNKNOWN, Label.UNAVAILABLE))
+    row["saliency_where_depth_says_nothing"] = _mean(saliency[says_nothing])
+    return row
+
+
+def _mean(values: Saliency) -> float | None:
+    return float(values.mean()) if values.size else None
