@@ -10,8 +10,11 @@ from curiosight.experiments.contest.table import Curve
 from curiosight.experiments.paper_figures.claims import (
     Claim,
     claims_of_errors,
+    claims_of_evolution,
     claims_of_time,
 )
+from curiosight.experiments.paper_figures.evolution import LateThing, Snapshot, Target
+from curiosight.frame import Frame
 
 N_LOOKS = 8
 
@@ -68,6 +71,23 @@ def test_time_that_moves_is_told_from_time_that_does_not() -> None:
     assert claim.holds is True
     (claim,) = claims_of_time({"random": [moving] * 3, "iac": [still] * 3}, seed=0)
     assert claim.holds is False
+
+
+@pytest.mark.parametrize(("score", "expected"), [(0.75, True), (0.25, False)])
+def test_thing_is_known_before_it_is_seen_where_its_score_is_high(
+    score: float, expected: bool
+) -> None:
+    nothing = np.zeros((2, 2), np.uint8)
+    frame = Frame("a", np.zeros((2, 2, 3), np.uint8), None, None, None)
+    target = Target(frame, nothing, LateThing(nothing == 0, 3))
+    saliency = np.zeros((2, 2), np.float32)
+    shots = [
+        Snapshot(looks, saliency, None, of_thing, 0.0)
+        for looks, of_thing in ((1, 0.5), (2, score), (3, 0.5))
+    ]
+    (claim,) = claims_of_evolution(target, shots, 0.5)
+    assert claim.holds is expected
+    assert claim.value == pytest.approx(score - 0.5)
 
 
 def test_gain_of_auc_is_the_difference_of_both_on_the_same_frames() -> None:

@@ -121,7 +121,8 @@ class Drawing:
                 if shot is not None:
                     shots.append(shot)
         draw_evolution(target, shots, has_truth=subject.has_truth, files=self._files)
-        self.claims += claims_of_evolution(target, shots)
+        threshold = self.config.learner.threshold
+        self.claims += claims_of_evolution(target, shots, threshold)
 
     def _errors(self) -> None:
         subject = self._prepared()

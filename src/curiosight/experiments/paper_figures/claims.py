@@ -82,21 +82,23 @@ def claims_of_roc(comparison: Comparison, seed: int) -> list[Claim]:
     return claims
 
 
-def claims_of_evolution(target: Target, snapshots: Sequence[Snapshot]) -> list[Claim]:
-    """Tell whether what was not seen yet stands out in figure 5."""
+def claims_of_evolution(
+    target: Target, snapshots: Sequence[Snapshot], threshold: float
+) -> list[Claim]:
+    """Tell whether what was not seen yet is taken for salient in figure 5: above the threshold."""
     if target.late is None:
         return []
-    before = [shot for shot in snapshots if shot.looks < target.late.first_look]
-    if not before or before[-1].on_late is None or before[-1].elsewhere is None:
+    first = target.late.first_look
+    before = [shot for shot in snapshots if shot.looks < first and shot.on_late is not None]
+    if not before:
         return []
     last = before[-1]
     assert last.on_late is not None
-    assert last.elsewhere is not None
     claim = (
-        f"a thing stands out after {last.looks} looks that look {target.late.first_look} shows "
-        "first: mean score there − elsewhere"
+        f"a thing that look {first} shows first is salient after {last.looks} looks: its mean "
+        f"score − {threshold:g}"
     )
-    return [Claim(5, claim, last.on_late - last.elsewhere, None, None, "1 view")]
+    return [Claim(5, claim, last.on_late - threshold, None, None, "1 view")]
 
 
 def claims_of_errors(
