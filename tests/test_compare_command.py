@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,10 @@ import pytest
 
 from command import files, refusal, succeed
 from curiosight.cli.app import run
+from curiosight.config import load_config
 from curiosight.experiments.contest.backends import make_workers
-from curiosight.experiments.contest.contest import Contest
+from curiosight.experiments.contest.contest import Contest, check_settings
+from curiosight.experiments.contest.settings import ContestSettings
 from curiosight.experiments.contest.tasks import RunTask
 
 Capsys = pytest.CaptureFixture[str]
@@ -172,6 +175,13 @@ def test_home_must_change_before_a_run_is_over(tmp_path: Path, capsys: Capsys) -
     home = "home:3,rooms=1,views=2,change=9:lights=1"
     line = refusal(capsys, "compare", home, "--steps", 9, "--out", tmp_path / "out")
     assert "steps: expected more than the 9 looks before" in line
+
+
+def test_oracle_may_compete(room: Path) -> None:
+    settings = ContestSettings((str(room),), ("oracle",), 1, 1, None, load_config())
+    check_settings(settings)
+    with pytest.raises(ValueError, match="oracle"):
+        check_settings(replace(settings, strategies=("oracles",)))
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from recordings import write_folder
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMANDS = "demo|info|segment|explore|learn|map|evaluate|render"
+COMMANDS = "compare|demo|info|segment|explore|learn|map|evaluate|render"
 
 
 def block(language: str) -> str:

@@ -158,6 +158,51 @@ def test_bad_options_are_named(options: dict, name: str) -> None:
         pose_regions(room(20), **options)
 
 
+def home_ways(n_rooms: int, n_views: int) -> tuple[list[Pose], np.ndarray]:
+    """Return poses in rooms beside each other, and ways that lead through a door of each."""
+    rng = np.random.default_rng(0)
+    room = np.repeat(np.arange(n_rooms), n_views)
+    places = rng.uniform(0, 4, (len(room), 2)) + np.stack([4.2 * room, 0 * room], axis=1)
+    doors = np.stack([4.2 * room + 2, np.full(len(room), -0.5)], axis=1)
+    straight = np.linalg.norm(places[:, None] - places[None], axis=2)
+    to_door = np.linalg.norm(places - doors, axis=1)
+    corridor = np.linalg.norm(doors[:, None] - doors[None], axis=2)
+    through = to_door[:, None] + corridor + to_door[None]
+    metres = np.where(room[:, None] == room[None], straight, through)
+    poses = []
+    for x, y in places:
+        pose = np.eye(4)
+        # Level, looking anywhere.
+        angle = rng.uniform(0, 2 * np.pi)
+        pose[:3, 2] = [np.cos(angle), np.sin(angle), 0]
+        pose[:3, 1] = [0, 0, -1]
+        pose[:3, 0] = np.cross(pose[:3, 1], pose[:3, 2])
+        pose[:2, 3] = x, y
+        poses.append(pose)
+    return poses, metres
+
+
+def test_rooms_are_told_apart_by_the_ways_between_them() -> None:
+    poses, metres = home_ways(6, 25)
+    ids = [f"{number}" for number in range(len(poses))]
+    for spec in ("auto", None):
+        regions = make_regions(spec, poses, ids, metres=metres)
+        assert regions.kind == "auto"
+        np.testing.assert_array_equal(regions.of_view, np.repeat(np.arange(6), 25))
+    by_heading = make_regions("auto:4", poses, ids, metres=metres)
+    assert by_heading.n_regions == 24
+    assert np.bincount(by_heading.of_view).min() >= 5
+
+
+def test_one_room_is_not_told_apart_from_others() -> None:
+    poses, metres = home_ways(1, 60)
+    ids = [f"{number}" for number in range(60)]
+    assert make_regions(None, poses, ids, metres=metres).kind == "pose:2x2x4"
+    assert make_regions("auto", poses, ids, metres=metres).n_regions <= 2
+    with pytest.raises(ValueError, match="regions: expected poses of all views for `auto`"):
+        make_regions("auto", poses, ids)
+
+
 def test_time_slices_are_equal_and_in_order() -> None:
     regions = time_regions(11, 5)
     assert list(regions.of_view) == [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4]

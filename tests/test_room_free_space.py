@@ -50,6 +50,13 @@ def test_ways_are_straight_or_lead_around() -> None:
     assert space.way(place(1, 5), place(5, 1)) == pytest.approx(around)
 
 
+def test_ways_to_many_places_are_those_to_each() -> None:
+    space = FreeSpace(L_SHAPE, [])
+    places = space.draw_places(30, np.random.default_rng(1))
+    expected = [space.way(places[0], goal) for goal in places]
+    np.testing.assert_allclose(space.ways(places[0], places), expected, rtol=1e-12)
+
+
 def test_drawn_places_are_free_and_everywhere() -> None:
     space = FreeSpace(L_SHAPE, [])
     drawn = space.draw_places(500, np.random.default_rng(0))

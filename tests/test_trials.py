@@ -55,7 +55,7 @@ def test_trying_changes_nothing(prepared: Prepared) -> None:
     tried, plain = (Run(prepared, settings("sweep:3"), seed=2) for _ in range(2))
     rows = []
     for row in tried.looks(8):
-        tried._trial(tried.views[:4])
+        tried.tour.trial(tried.views[:4])
         rows.append(row)
     assert rows == list(plain.looks(8))
     assert (tried.learner.calibration.counts == plain.learner.calibration.counts).all()

@@ -33,7 +33,7 @@ class Ground:
         self.regions, self.region_of = np.unique(numbers, return_inverse=True)
         self.members = [np.flatnonzero(self.region_of == r) for r in range(len(self.regions))]
         self._number_of = {view.index: number for number, view in enumerate(self.views)}
-        self._ways = ways
+        self.ways = ways
         self._rows: dict[int, Floats] = {}
 
     def __len__(self) -> int:
@@ -49,10 +49,10 @@ class Ground:
 
     def seconds_from(self, here: int | None) -> Floats:
         """Return the (n,) seconds from a view to all; 0 from nowhere, before the first look."""
-        if here is None or self._ways is None:
+        if here is None or self.ways is None:
             return np.zeros(len(self))
         if here not in self._rows:
-            self._rows[here] = self._ways(self.views[here], self.views)
+            self._rows[here] = self.ways(self.views[here], self.views)
         return self._rows[here]
 
     @cached_property

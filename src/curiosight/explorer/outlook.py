@@ -77,10 +77,14 @@ class Outlook:
         return self.n_salient > self.n_told / 2
 
     def forget(self, views: Array, share: float) -> None:
-        """Believe what is known of some views only in part, as where things have changed."""
-        self.n_seen[views] *= 1 - share
-        self.n_told[views] *= 1 - share
-        self.n_salient[views] *= 1 - share
+        """Believe what is known of some views only in part, as where things may have changed.
+
+        share: of it, what is not believed any more; of 1 nothing is known.
+        """
+        for counts in (self.n_seen, self.n_told, self.n_salient):
+            counts[views] *= 1 - share
+        if share >= 1:
+            self.depth[views] = np.inf
 
 
 @njit(cache=True, nogil=True)

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.explorer.decision import Candidate, Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.outlook import Outlook
+from curiosight.explorer.tally import Tally
 from curiosight.explorer.worth import Learnability, Worth
 from curiosight.frame import Viewpoint
 
@@ -21,10 +23,10 @@ LOOK_SECONDS = 1.0
 REACH_SECONDS = 16.0
 # A stay is weighed by up to so many looks, each of which leaves less for the next.
 N_PLANNED, LEFT = 12, 0.97
-# Of a region's first looks each brings most: it falls with this power of their number.
-HALF, POWER = 10.0, 2.0
-# Of a way inside a region, seconds; and by what a look takes longer it counts, see `choose`.
-WITHIN_SECONDS, PATIENCE = 2.0, 3.0
+# What later looks in a region bring: c and p of `ProgressRate`.
+HALF, POWER = 15.0, 1.5
+# Seconds of a way inside a region, and those that make a near view no better than a good one.
+WITHIN_SECONDS, PATIENCE = 2.0, 2.0
 
 
 class ProgressRate:
@@ -32,18 +34,18 @@ class ProgressRate:
 
     What a look at view v of region r is expected to bring is
 
-        progress(v) = share(r) * learnability(r) * fresh(v) / whole(r),
+        progress(v) = share(r) learnability(r) (c / (c + looks(r)))^p fresh(v) / whole(r),
 
-    fresh(v): of what it would show that which is new, things above all (`Worth`), whole(r) the
-    mean of the region's views if nothing had been seen; share(r): of its views, those that show
-    things at all; learnability(r): how well the region was predicted, beside all (`Learnability`).
-    The next region is the one with the largest
+    fresh(v): how much of what it would show is new, things above all (`Worth`); whole(r): the
+    mean of that over the region's views, had nothing been seen; share(r): of its views, those
+    that show things at all; learnability(r): see there; and the first looks bring most. The next
+    region is the one with the largest
 
         max over k of (progress of its k best views) / (way there + k looks),
 
     the next view in it the one with the largest progress(v) / (way + patience). What is not
-    known yet is worth as much as what is seen is on average, so that it is tried when it is near;
-    a region that shows no progress is left, and one whose error has risen is new again.
+    known yet counts as much as what is seen does on average, so that it is tried when it is near;
+    a region that shows no progress is left, and one that has changed is new again.
 
     views, ways: see `Ground`. The first view is drawn.
     """
@@ -57,29 +59,47 @@ class ProgressRate:
         worth: Worth | None = None,
     ) -> None:
         self._ground = ground = Ground(views, ways)
+        self._tally = Tally(ground)
         self._outlook = Outlook([view.T_world_camera for view in ground.views])
         self._worth = worth or Worth()
         self._learnability = Learnability(ground.n_regions)
-        self._n_looks = np.zeros(len(ground), np.int64)
-        self._n_of_region = np.zeros(ground.n_regions)
         self._first = int(rng.integers(len(ground)))
-        self._here: int | None = None
-        self._fresh = np.ones(len(ground))
-        self._whole = np.ones(len(ground))
-        self._shows = np.ones(len(ground))
-        self._weigh(np.arange(len(ground)))
+        # Looks that still count: fewer where a region has changed.
+        self._n_seen = np.zeros(len(ground))
+        self._n_looks = np.zeros(ground.n_regions)
+        self._fresh, self._whole, self._shows = self._worth.of(
+            self._outlook, np.arange(len(ground))
+        )
+        self._region = -1
+        self._decision: Decision | None = None
 
     def choose(self) -> Viewpoint:
-        number = self._first if self._here is None else self._next()
-        self._here = number
-        return self._ground.views[number]
+        if self._tally.here is None:
+            self._region = int(self._ground.region_of[self._first])
+            return self._tally.go_to(self._first)
+        progress, seconds = self.progress(), self._ground.seconds_from(self._tally.here)
+        self._go_on(progress, self._rates(progress))
+        members = self._ground.members[self._region]
+        best = np.argmax(progress[members] / (seconds[members] + PATIENCE))
+        return self._tally.go_to(int(members[best]))
 
-    def _next(self) -> int:
-        seconds = self._ground.seconds_from(self._here)
-        progress = self.progress()
-        rates = self._rates(progress, seconds)
-        members = self._ground.members[int(np.argmax(rates))]
-        return int(members[np.argmax(progress[members] / (seconds[members] + PATIENCE))])
+    def _go_on(self, progress: Floats, rates: Floats) -> None:
+        """Stay in the region or go to the best, and keep why."""
+        chosen = int(np.argmax(rates))
+        if chosen == self._region:
+            return
+        regions = self._ground.regions.tolist()
+        best = [float(progress[members].max()) for members in self._ground.members]
+        ways = self._tally.seconds_to_regions().tolist()
+        scores = zip(regions, best, ways, rates.tolist(), strict=True)
+        left, there = rates[self._region], rates[chosen]
+        news = "" if self._n_looks[chosen] else ", and nothing is known of it yet"
+        self._decision = Decision(
+            tuple(Candidate(*score) for score in scores),
+            regions[chosen],
+            f"{there:.3f} a second expected there, {left:.3f} here{news}",
+        )
+        self._region = chosen
 
     def progress(self) -> Floats:
         """Return (n_views,) of what a look is expected to bring."""
@@ -87,55 +107,58 @@ class ProgressRate:
         n_views = np.bincount(ground.region_of)
         whole = np.bincount(ground.region_of, self._whole) / n_views
         share = np.bincount(ground.region_of, self._shows) / n_views
-        early = (HALF / (HALF + self._n_of_region)) ** POWER
+        early = (HALF / (HALF + self._n_looks)) ** POWER
         of_region = share * self._learnability.of_regions() * early / whole
-        again = self._worth.again**self._n_looks
+        again = self._worth.again**self._n_seen
         expected: Floats = of_region[ground.region_of] * self._fresh * again
         return expected
 
-    def _rates(self, progress: Floats, seconds: Floats) -> Floats:
+    def _rates(self, progress: Floats) -> Floats:
         """Return (n_regions,) progress per second of the best stay in each region."""
-        ground = self._ground
-        rates = np.empty(ground.n_regions)
-        here = -1 if self._here is None else ground.region_of[self._here]
-        for region, members in enumerate(ground.members):
+        ways = self._tally.seconds_to_regions()
+        ways[self._region] = 0.0
+        rates = np.empty(len(ways))
+        for region, members in enumerate(self._ground.members):
             best = np.sort(progress[members])[::-1][:N_PLANNED]
-            n_looks = np.arange(1, len(best) + 1)
-            start = self._n_of_region[region]
-            later = ((HALF + start) / (HALF + start + n_looks - 1)) ** POWER
-            brought = np.cumsum(best * LEFT ** (n_looks - 1) * later)
-            way = 0.0 if region == here else seconds[members].min()
-            rates[region] = (brought / (way + n_looks * (LOOK_SECONDS + WITHIN_SECONDS))).max()
+            later = np.arange(len(best))
+            start = HALF + self._n_looks[region]
+            brought = np.cumsum(best * LEFT**later * (start / (start + later)) ** POWER)
+            seconds = ways[region] + (later + 1) * (LOOK_SECONDS + WITHIN_SECONDS)
+            rates[region] = (brought / seconds).max()
         return rates
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         number = self._ground.number_of(viewpoint)
-        self._n_looks[number] += 1
         region = int(self._ground.region_of[number])
-        self._n_of_region[region] += 1
+        self._n_seen[number] += 1
+        self._n_looks[region] += 1
         self._learnability.add(region, outcome.error)
         if outcome.has_changed:
             self._forget(region)
-        if outcome.seen is None or viewpoint.T_world_camera is None:
-            return
-        near = self._ground.seconds_from(number) <= REACH_SECONDS
-        self._outlook.add(outcome.seen, viewpoint.T_world_camera, near)
-        self._weigh(np.flatnonzero(near))
+        if outcome.seen is not None and viewpoint.T_world_camera is not None:
+            near = self._ground.seconds_from(number) <= REACH_SECONDS
+            self._outlook.add(outcome.seen, viewpoint.T_world_camera, near)
+            self._weigh(np.flatnonzero(near))
 
     def _forget(self, region: int) -> None:
         """Take a region for new, and doubt what is known of the others."""
-        members = self._ground.members[region]
-        self._outlook.forget(np.arange(len(self._ground)), self._worth.doubt)
+        members, doubt = self._ground.members[region], self._worth.doubt
+        self._outlook.forget(np.arange(len(self._ground)), doubt)
         self._outlook.forget(members, 1.0)
         self._learnability.forget(region)
-        self._n_looks[members] = 0
-        self._n_of_region *= 1 - self._worth.doubt
-        self._n_of_region[region] = 0
+        self._n_looks *= 1 - doubt
+        self._n_looks[region] = 0
+        self._n_seen *= 1 - doubt
+        self._n_seen[members] = 0
         self._weigh(np.arange(len(self._ground)))
 
     def _weigh(self, views: Ints) -> None:
+        """Find out anew what some views are worth."""
         fresh, whole, shows = self._worth.of(self._outlook, views)
         self._fresh[views], self._whole[views], self._shows[views] = fresh, whole, shows
+
+    def reasons(self) -> Decision | None:
+        return self._decision
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return ()

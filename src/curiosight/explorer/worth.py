@@ -56,7 +56,7 @@ class Learnability:
     """
 
     def __init__(
-        self, n_regions: int, *, n_recent: int = 12, n_prior: int = 6, least: float = 0.02
+        self, n_regions: int, *, n_recent: int = 12, n_prior: int = 3, least: float = 0.02
     ) -> None:
         self._recent = [deque[float](maxlen=n_recent) for _ in range(n_regions)]
         self._n_prior, self._least = n_prior, least

@@ -105,7 +105,7 @@ class FrameProgress:
         rate = n_frames / elapsed
         left = (self._n_frames - self._n_done) / rate
         when = f"took {_duration(elapsed)}" if is_over else f"{_duration(left)} left"
-        return f"{rate:.{1 if rate >= 1 else 2}f} {self._unit}s/s, {when}"
+        return f"{rate:.{1 if rate >= 0.1 else 3}f} {self._unit}s/s, {when}"
 
 
 def describe_step(

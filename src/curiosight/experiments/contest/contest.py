@@ -47,9 +47,8 @@ def _check_source(source: str, dataset: Dataset, settings: ContestSettings) -> N
         name = "steps" if settings.seconds is None else "seconds"
         raise ValueError(f"{name}: expected more than the {change} looks before {source} changes")
     nothing = np.zeros((len(dataset), len(dataset)))
-    for name in settings.strategies:
-        spec = settings.config_of(name).explorer.regions or None
-        make_regions(spec, dataset.poses, dataset.ids, metres=nothing)
+    for spec in {settings.config_of(name).explorer.regions for name in settings.strategies}:
+        make_regions(spec or None, dataset.poses, dataset.ids, metres=nothing)
 
 
 def place_of(source: str) -> str:

@@ -203,7 +203,7 @@ def _figures_of_rooms(prepared: Prepared, runs: Sequence[RunRecord]) -> Mapping[
     """Return how soon a changed room is learned again, and how long nothing is looked for."""
     figures: dict[str, Any] = {}
     if len(prepared.phases) > 1 and prepared.phases[-1].first_look:
-        looks = [_looks_until_back(prepared, run) for run in runs]
+        looks = [looks_until_back(prepared, run) for run in runs]
         totals = [len(run.seconds) - prepared.phases[-1].first_look for run in runs]
         figures["back"] = sum(look is not None for look in looks)
         counted = [
@@ -222,7 +222,7 @@ def _figures_of_rooms(prepared: Prepared, runs: Sequence[RunRecord]) -> Mapping[
     return figures
 
 
-def _looks_until_back(prepared: Prepared, run: RunRecord) -> int | None:
+def looks_until_back(prepared: Prepared, run: RunRecord) -> int | None:
     """Return how many looks after the change its rooms are as well known as before; None = never.
 
     Straight between the looks that were measured, as all errors.

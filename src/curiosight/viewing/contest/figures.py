@@ -13,6 +13,7 @@ from curiosight.viewing.figures import share_of_steps, window_shares
 from curiosight.viewing.paper import (
     FAINT,
     HUES,
+    INK,
     label_ends,
     new_figure,
     region_colours,
@@ -53,27 +54,26 @@ def draw_errors(
     """
     if not bands:
         raise ValueError("bands: expected at least one, got none")
-    height = max(3.8, 0.34 * len(bands) + 0.8)
-    figure = new_figure(7.6, height)
+    figure = new_figure(8.4, max(4.0, 0.22 * len(bands) + 0.8))
     axes = figure.add_subplot()
-    ends = []
     for index, (name, band) in enumerate(bands.items()):
         hue, dash = HUES[index % len(HUES)], _DASHES[index // len(HUES) % len(_DASHES)]
         low, high = band.mean - band.deviation, band.mean + band.deviation
         axes.fill_between(band.x, low, high, color=hue, alpha=0.13, linewidth=0)
-        axes.plot(band.x, band.mean, color=hue, linestyle=dash, linewidth=1.8)
-        ends.append((float(band.x[-1]), float(band.mean[-1]), name, hue))
-    last = max(float(band.x[-1]) for band in bands.values())
-    for name, error in {"off-line": offline_error, **(others or {})}.items():
-        axes.axhline(error, color=FAINT, linewidth=1, linestyle=(0, (2, 3)))
-        ends.append((last, error, name, FAINT))
-    axes.set_xlim(0, last)
-    axes.set_ylim(0, 1.02)
+        axes.plot(band.x, band.mean, color=hue, linestyle=dash, linewidth=1.8, label=name)
+        axes.plot(band.x[-1], band.mean[-1], "o", color=hue, markersize=3.5)
+    dots = (0, (2, 3))
+    axes.axhline(offline_error, color=FAINT, linewidth=1, linestyle=dots, label="off-line")
+    for name, error in (others or {}).items():
+        axes.axhline(error, color=INK, linewidth=1, linestyle=dots, label=name)
+    lowest = min(offline_error, *(float(band.mean.min()) for band in bands.values()))
+    axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
+    axes.set_ylim(max(0.0, lowest - 0.08), 1.02)
     axes.set_xlabel(x_title)
     axes.set_ylabel("overall error, 1 − F1")
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
-    label_ends(axes, ends, gap=0.22 / height)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=9)
     save_figure(figure, path)
 
 

@@ -1,0 +1,184 @@
+"""What views would show, what a look is worth, and where progress-rate goes for it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curiosight.explorer.check import check_strategy
+from curiosight.explorer.outcome import MAX_RANGE, Outcome, Seen
+from curiosight.explorer.outlook import N_ACROSS, Outlook
+from curiosight.explorer.progress_rate import ProgressRate
+from curiosight.explorer.worth import Learnability, Worth
+from curiosight.frame import Camera, Frame, Label, Pose, Viewpoint
+
+CAMERA = Camera(64, 48, 52.5, 52.5, 31.5, 23.5)
+EVERYWHERE = np.ones(1, np.bool_)
+
+
+def at(x: float, *, turned_deg: float = 0.0) -> Pose:
+    """Return a camera that looks along z, beside the origin, turned to its right."""
+    pose, angle = np.eye(4), np.radians(turned_deg)
+    pose[:3, :3] = [
+        [np.cos(angle), 0, np.sin(angle)],
+        [0, 1, 0],
+        [-np.sin(angle), 0, np.cos(angle)],
+    ]
+    pose[0, 3] = x
+    return pose
+
+
+def wall(pose: Pose, depth: float, label: Label) -> Seen:
+    """Return what a camera sees of a wall at right angles to its axis."""
+    readings = np.full((48, 64), depth, np.float32)
+    frame = Frame("wall", np.zeros((48, 64, 3), np.uint8), readings, CAMERA, pose)
+    seen = Seen.of(frame, np.full((48, 64), label, np.uint8))
+    assert seen is not None
+    return seen
+
+
+def test_seen_are_the_points_in_range_in_the_world() -> None:
+    pose = at(2.0, turned_deg=90)
+    points = wall(pose, 1.5, Label.SALIENT).points
+    assert len(points) == 64 * 48
+    np.testing.assert_allclose(points[:, 0], 3.5, atol=1e-5)  # along x from 2
+    assert np.ptp(points[:, 2]) == pytest.approx(63 / 52.5 * 1.5, rel=1e-4)
+    assert len(wall(pose, MAX_RANGE + 0.1, Label.SALIENT).points) == 0
+
+
+def test_a_view_knows_what_another_from_the_same_place_saw() -> None:
+    outlook = Outlook([at(0), at(0, turned_deg=180), None])
+    outlook.add(wall(at(0), 2.0, Label.SALIENT), at(0), np.ones(3, np.bool_))
+    assert outlook.is_known[0].mean() > 0.95
+    np.testing.assert_allclose(outlook.depth[0][outlook.is_known[0]], 2.0, atol=1e-5)
+    assert outlook.is_salient[0][outlook.is_known[0]].all()
+    assert not outlook.is_known[1:].any()  # it looks away; nobody knows where that is
+    np.testing.assert_allclose(outlook.n_seen[0][outlook.is_known[0]], 1.0, atol=1e-5)
+
+
+def test_half_a_turn_shows_half_of_it() -> None:
+    outlook = Outlook([at(0, turned_deg=35)])
+    outlook.add(wall(at(0), 2.0, Label.NOT_SALIENT), at(0), EVERYWHERE)
+    known = outlook.is_known[0].reshape(-1, N_ACROSS).mean(axis=0)
+    assert (known[:10] > 0.7).all()
+    assert (known[-10:] == 0).all()
+
+
+def test_the_same_surface_from_the_side_is_less_seen() -> None:
+    other_side = at(-2.5, turned_deg=60)
+    outlook = Outlook([at(0)])
+    outlook.add(wall(at(0), 2.0, Label.SALIENT), other_side, EVERYWHERE)
+    assert outlook.n_seen[0].max() < 0.6
+
+
+def test_what_is_nearer_hides_what_was_known() -> None:
+    outlook = Outlook([at(0)])
+    for depth, label in ((3.0, Label.NOT_SALIENT), (1.0, Label.SALIENT), (3.0, Label.NOT_SALIENT)):
+        outlook.add(wall(at(0), depth, label), at(0), EVERYWHERE)
+    middle = outlook.depth[0] == 1.0
+    assert middle.mean() > 0.9
+    np.testing.assert_allclose(outlook.n_seen[0][middle], 1.0, atol=1e-5)
+    assert outlook.is_salient[0][middle].all()
+
+
+def test_things_are_worth_more_and_less_each_time() -> None:
+    worth = Worth()
+    fresh = []
+    for label in (Label.SALIENT, Label.NOT_SALIENT):
+        outlook = Outlook([at(0)])
+        of_label = [worth.of(outlook, np.arange(1))[0][0]]
+        for _ in range(3):
+            outlook.add(wall(at(0), 2.0, label), at(0), EVERYWHERE)
+            of_label.append(worth.of(outlook, np.arange(1))[0][0])
+        fresh.append(of_label)
+    salient, other = fresh
+    assert salient[0] == other[0] == pytest.approx(worth.unknown)
+    assert salient[1] > salient[0] > other[1]
+    assert salient[1] > salient[2] > salient[3]
+    assert worth.of(outlook, np.arange(1))[2][0] == 0  # it shows no thing
+
+
+def test_only_what_is_hardly_predicted_is_worth_less() -> None:
+    learnability = Learnability(3)
+    for _ in range(12):
+        for region, error in enumerate((0.2, 0.35, 0.95)):
+            learnability.add(region, error)
+    good, fair, bad = learnability.of_regions()
+    assert good == fair == 1
+    assert bad < 0.2
+    learnability.forget(2)
+    assert learnability.of_regions()[2] > 0.5
+
+
+def views(n_regions: int, n_each: int) -> list[Viewpoint]:
+    """Return views in rooms 10 m apart."""
+    return [
+        Viewpoint(region * 100 + number, region, at(10.0 * region + 0.2 * number))
+        for region in range(n_regions)
+        for number in range(n_each)
+    ]
+
+
+def straight(start: Viewpoint, goals: list[Viewpoint]) -> np.ndarray:
+    assert start.T_world_camera is not None
+    return np.array([abs(goal.T_world_camera[0, 3] - start.T_world_camera[0, 3]) for goal in goals])
+
+
+def looked(
+    strategy: ProgressRate, errors: dict[int, float], n_looks: int, *, is_blind: bool = False
+) -> list[int]:
+    """Let a strategy look; return the regions. Errors are those of each region.
+
+    is_blind: without depth, so that each view may show anything.
+    """
+    regions = []
+    for _ in range(n_looks):
+        view = strategy.choose()
+        regions.append(view.region)
+        seen = None if is_blind else wall(view.T_world_camera, 2.0, Label.SALIENT)
+        strategy.update(view, Outcome(errors[view.region], seen=seen))
+    return regions
+
+
+def test_it_keeps_the_contract() -> None:
+    check_strategy(lambda given, rng: ProgressRate(given, rng))
+
+
+def test_every_room_is_tried_and_none_is_hopped_to_and_fro() -> None:
+    strategy = ProgressRate(views(4, 20), np.random.default_rng(0), ways=straight)
+    regions = looked(strategy, dict.fromkeys(range(4), 0.4), 60)
+    assert set(regions) == {0, 1, 2, 3}
+    n_hops = np.count_nonzero(np.diff(regions))
+    assert n_hops <= 20
+
+
+def test_a_room_that_cannot_be_learned_is_left_alone() -> None:
+    strategy = ProgressRate(views(4, 60), np.random.default_rng(0), ways=straight)
+    regions = looked(strategy, {0: 0.3, 1: 0.97, 2: 0.3, 3: 0.3}, 160, is_blind=True)
+    assert regions[:60].count(1) >= 5
+    assert regions[80:].count(1) <= 80 / 4 / 2
+
+
+def test_a_room_that_has_changed_is_new() -> None:
+    strategy = ProgressRate(views(2, 20), np.random.default_rng(0), ways=straight)
+    looked(strategy, {0: 0.3, 1: 0.3}, 60)
+    before = strategy.progress_of(0)
+    view = next(view for view in views(2, 20) if view.region == 0)
+    strategy.update(view, Outcome(0.9, has_changed=True))
+    after = strategy.progress_of(0)
+    assert before is not None
+    assert after is not None
+    assert after > 2 * before
+
+
+def test_it_says_why_it_goes() -> None:
+    strategy = ProgressRate(views(3, 20), np.random.default_rng(0), ways=straight)
+    assert strategy.reasons() is None
+    regions = looked(strategy, dict.fromkeys(range(3), 0.4), 40)
+    decision = strategy.reasons()
+    assert decision is not None
+    assert decision.chosen == regions[-1]
+    assert len(decision.candidates) == 3
+    best = max(decision.candidates, key=lambda candidate: candidate.score)
+    assert best.region == decision.chosen
+    assert "a second expected there" in decision.text
