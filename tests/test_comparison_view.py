@@ -28,11 +28,12 @@ from curiosight.viewing.comparison import (
     latex_table,
     markdown_table,
 )
-from curiosight.viewing.comparison.confusion import IGNORED, map_picture, truth_picture
+from curiosight.viewing.comparison.confusion import map_picture
 from curiosight.viewing.comparison.curve_styles import is_crowded, styled, thinned_curve
 from curiosight.viewing.comparison.standings import known_columns, ranked
 from curiosight.viewing.comparison.wall import TILE_PX, blocks, folded, mosaic, tiles
 from curiosight.viewing.paper import HUES
+from curiosight.viewing.truth import IGNORED, truth_picture
 
 COLUMN_OF = {column.key: column for column in COLUMNS}
 

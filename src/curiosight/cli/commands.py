@@ -19,6 +19,7 @@ COMMANDS = {
     "look next.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
+    "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",
     "learn": "Learn a whole recording at once: the off-line model, the least error to expect.",
     "map": "Find objects in colour images with a learned model: <id>.png, 255 = surely salient.",
     "saliency": "Write the maps of a baseline, equal to its original: <id>.png, 255 = most "

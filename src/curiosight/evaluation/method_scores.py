@@ -75,7 +75,30 @@ class MethodScores:
         }
         return pooled | self.objects.intervals(np.random.default_rng(seed))
 
+    def auc_gain(self, other: MethodScores, seed: int) -> tuple[float, Interval | None]:
+        """Return by how much the AUC is above that of another on the same frames.
+
+        With its 95 % interval: a resample has the same frames of both. Raises ValueError where
+        either has none.
+        """
+        pairs = [
+            (own, others)
+            for own, others in zip(self._histograms, other._histograms, strict=True)
+            if own.any()
+        ]
+        per_frame = np.array(pairs, np.float64)
+        gain = _gain(per_frame.mean(axis=0)) if pairs else None
+        if gain is None:
+            raise ValueError("other: expected frames that show both classes, got none")
+        return gain, bootstrap_interval(per_frame, _gain, np.random.default_rng(seed))
+
     def precision_recall(self) -> Floats:
         """(n, 2): recall and precision over the thresholds, pooled over frames; may be empty."""
         nothing = np.zeros((2, INTERVAL_LEVELS), np.int64)
         return precision_recall(sum(self._histograms, start=nothing))
+
+
+def _gain(histograms: Floats) -> float | None:
+    """Return the difference of two AUCs; None where either has no meaning."""
+    own, other = (roc_auc(histogram) for histogram in histograms)
+    return None if own is None or other is None else own - other

@@ -24,8 +24,9 @@ from curiosight.viewing.overlays import (
     overlay_labels,
 )
 from curiosight.viewing.paper import new_figure, save_figure, with_style
+from curiosight.viewing.truth import truth_picture
 
-TITLES = ("colour", "what depth says", "saliency from colour")
+TITLES = ("colour", "what depth says", "saliency from colour", "truth")
 _HEAT = "inferno"
 
 
@@ -36,7 +37,7 @@ class Example:
     caption: the frame's id, for instance.
     segmentation: None where no teacher was asked.
     saliency: (h, w) in [0, 1], as large as the image or as the shrunken one.
-    ground_truth: (H, W) uint8 labels; None where it is not known. Only reports show it.
+    ground_truth: (H, W) uint8 labels; None where it is not known.
     """
 
     caption: str
@@ -47,19 +48,20 @@ class Example:
 
 
 @with_style
-def examples(shown: Sequence[Example], path: Path | str) -> None:
-    """Draw a row for each example, and what the colours mean below."""
+def examples(shown: Sequence[Example], path: Path | str, *, has_truth: bool = False) -> None:
+    """Draw a row for each example, and what the colours mean below; has_truth: truth, too."""
     if not shown:
         raise ValueError("shown: expected at least one example, got none")
     height, width = shown[0].rgb.shape[:2]
     row_height = 2.24 * height / width
-    figure = new_figure(7.2, len(shown) * (row_height + 0.03) + 0.7)
+    n_columns = 4 if has_truth else 3
+    figure = new_figure(2.4 * n_columns, len(shown) * (row_height + 0.03) + 0.7)
     figure.set_layout_engine("constrained", w_pad=0.015, h_pad=0.015, wspace=0, hspace=0)
     ratios = [1.0] * len(shown) + [0.08]
-    grid = figure.subplots(len(shown) + 1, 3, squeeze=False, height_ratios=ratios)
+    grid = figure.subplots(len(shown) + 1, n_columns, squeeze=False, height_ratios=ratios)
     for panels, example in zip(grid, shown, strict=False):
         _draw_row(panels, example)
-    for panel, title in zip(grid[0], TITLES, strict=True):
+    for panel, title in zip(grid[0], TITLES, strict=False):
         panel.set_title(title, fontsize=10)
     _draw_key(figure, grid[-1])
     save_figure(figure, path)
@@ -70,6 +72,8 @@ def _draw_row(panels: Sequence[Axes], example: Example) -> None:
     if example.segmentation is not None:
         panels[1].imshow(overlay_labels(example.rgb, example.segmentation))
     panels[2].imshow(example.saliency, cmap=_HEAT, vmin=0, vmax=1)
+    if len(panels) > 3 and example.ground_truth is not None:
+        panels[3].imshow(truth_picture(example.ground_truth))
     panels[0].set_ylabel(example.caption, fontsize=8)
     for panel in panels:
         panel.set_xticks([])
@@ -79,8 +83,8 @@ def _draw_row(panels: Sequence[Axes], example: Example) -> None:
 
 def _draw_key(figure: Figure, panels: Sequence[Axes]) -> None:
     """Name the labels' colours below the first two columns, saliency's below the third."""
-    panels[1].set_axis_off()
-    panels[0].set_axis_off()
+    for panel in (*panels[:2], *panels[3:]):
+        panel.set_axis_off()
     panels[0].legend(
         handles=_swatches(),
         loc="upper left",

@@ -27,6 +27,12 @@ HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#222222"
 FAINT = "#8a8a8a"
 
+# What a file would tell of the day and the program it was made with, by kind of file.
+_WITHOUT_DATE: dict[str, dict[Any, Any]] = {
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "png": {"Software": None},
+}
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
     "font.size": 10,
@@ -56,19 +62,20 @@ def new_figure(width: float, height: float) -> Figure:
 def save_figure(figure: Figure, path: Path | str) -> None:
     """Write a figure, completely or not at all; the same figure gives the same bytes.
 
-    path: what ends in .svg becomes SVG, anything else PNG.
+    path: what ends in .svg becomes SVG, in .pdf PDF, anything else PNG.
     Raises `DataError` where the file cannot be written.
     """
-    is_svg = Path(path).suffix.lower() == ".svg"
+    kind = Path(path).suffix.lower().removeprefix(".")
+    kind = kind if kind in _WITHOUT_DATE else "png"
     drawn = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "curiosight"}):  # else ids are random
         figure.savefig(
             drawn,
-            format="svg" if is_svg else "png",
+            format=kind,
             dpi=DPI,
             bbox_inches="tight",
             pad_inches=0.08,
-            metadata={"Date": None, "Creator": None} if is_svg else {"Software": None},
+            metadata=_WITHOUT_DATE[kind],
         )
     replace_file(Path(path), drawn.getvalue())
 

@@ -36,6 +36,7 @@ def regions_from_above(
     path: Path | str,
     *,
     up: npt.ArrayLike | None = None,
+    counted: str = "steps",
 ) -> None:
     """Draw the regions of all views, and where the steps went, with the steps of each region.
 
@@ -43,6 +44,7 @@ def regions_from_above(
 
     poses: one for each view. visited: the view of each step, in order.
     up: (3,) world vector against gravity; None = the cameras' mean up axis.
+    counted: what `visited` are, in a word.
     """
     if len(poses) != len(regions.of_view):
         raise ValueError(
@@ -58,7 +60,7 @@ def regions_from_above(
         _draw_map(left, above.positions, above.headings, colours, looks)
     else:
         _draw_strip(left, colours, looks)
-    _draw_counts(right, regions, looks)
+    _draw_counts(right, regions, looks, counted)
     save_figure(figure, path)
 
 
@@ -129,7 +131,7 @@ def _draw_strip(axes: Axes, colours: Floats, looks: Ints) -> None:
     axes.set_ylabel("step")
 
 
-def _draw_counts(axes: Axes, regions: Regions, looks: Ints) -> None:
+def _draw_counts(axes: Axes, regions: Regions, looks: Ints, counted: str) -> None:
     """Draw a bar for each region, as long as the steps spent there: the key to the colours."""
     steps = np.bincount(regions.of_view[looks] + 1, minlength=regions.n_regions + 1)[1:]
     places = np.arange(regions.n_regions)
@@ -153,4 +155,4 @@ def _draw_counts(axes: Axes, regions: Regions, looks: Ints) -> None:
     axes.set_xticks([])
     axes.tick_params(axis="y", length=0, pad=14)
     axes.spines[["bottom", "left"]].set_visible(False)
-    axes.set_title("steps in each region", fontsize=10, loc="left")
+    axes.set_title(f"{counted} in each region", fontsize=10, loc="left")

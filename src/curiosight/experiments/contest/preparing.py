@@ -58,6 +58,21 @@ def prepare(source: str, config: Config, folder: Path) -> Prepared:
     return Prepared(folder)
 
 
+def reach_and_tests(config: Config, dataset: Dataset) -> tuple[Sequence[int], Sequence[int]]:
+    """Return the frames to learn from and those of the same recording to test on.
+
+    What is drawn has views of its own to test on.
+    """
+    if isinstance(dataset, DrawnViews):
+        return range(len(dataset)), []
+    reachable, tests = split_frames(config, dataset)
+    if tests:
+        return reachable, tests
+    # Without truth the teacher's labels stand in, of frames that nobody learns from.
+    kept = replace(config, test=replace(config.test, every=TEST_EVERY))
+    return split_frames(kept, dataset)
+
+
 class Preparation:
     """One source on its way to disk.
 
@@ -123,15 +138,7 @@ class Preparation:
         return 0 if not phase or self._drawn is None else self._drawn.n_before_change or 0
 
     def _split(self) -> tuple[Sequence[int], Sequence[int]]:
-        """Return the frames to learn from and those of the same recording to test on."""
-        if self._drawn is not None:
-            return range(len(self._dataset)), []
-        reachable, tests = split_frames(self._config, self._dataset)
-        if tests:
-            return reachable, tests
-        # Without truth the teacher's labels stand in, of frames that nobody learns from.
-        kept = replace(self._config, test=replace(self._config.test, every=TEST_EVERY))
-        return split_frames(kept, self._dataset)
+        return reach_and_tests(self._config, self._dataset)
 
     def _write_phase(self, number: int, reachable: Sequence[int]) -> dict[str, Any]:
         folder = self._folder / f"phase{number}"

@@ -1,4 +1,4 @@
-"""Where a map agrees with the truth and where not, and truth and maps as grey images."""
+"""Where a map agrees with the truth and where not, and maps as grey images."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ from curiosight.frame import Label, Rgb
 from curiosight.viewing.comparison.content import Labels, Saliency
 from curiosight.viewing.mistakes import INVENTED, MISSED, RIGHT
 from curiosight.viewing.overlays import Colour, blend, greyed
+from curiosight.viewing.truth import hatch
 
 Image = npt.NDArray[np.uint8]
 
 OUTCOMES: dict[str, Colour] = {"found": RIGHT, "missed": MISSED, "false alarm": INVENTED}
-IGNORED: Colour = (95, 95, 95)
-HATCH: Colour = (170, 170, 170)
 _OPACITY = 0.7
-_N_LINES = 24  # of hatching, beside each other
 
 
 def confusion(rgb: Rgb, truth: Labels, saliency: Saliency, threshold: float) -> Image:
@@ -39,16 +37,7 @@ def confusion(rgb: Rgb, truth: Labels, saliency: Saliency, threshold: float) -> 
         tint[mask] = colour
     opacity = np.where(np.any(masks, axis=0), np.float32(_OPACITY), np.float32(0))[..., None]
     picture = blend(greyed(rgb), tint, opacity)
-    _hatch(picture, ~(is_salient | is_not))
-    return picture
-
-
-def truth_picture(truth: Labels) -> Image:
-    """Return the truth as (H, W, 3) uint8: white is salient, black is not, ignored is hatched."""
-    is_salient = truth == Label.SALIENT
-    picture = np.zeros((*truth.shape, 3), np.uint8)
-    picture[is_salient] = 255
-    _hatch(picture, ~is_salient & (truth != Label.NOT_SALIENT))
+    hatch(picture, ~(is_salient | is_not))
     return picture
 
 
@@ -69,12 +58,3 @@ def resized(saliency: Saliency, size: tuple[int, ...]) -> npt.NDArray[np.float32
     scaled = cv2.resize(saliency.astype(np.float32), (width, height), interpolation=how)
     clipped: npt.NDArray[np.float32] = np.clip(scaled, 0, 1)
     return clipped
-
-
-def _hatch(picture: Image, mask: npt.NDArray[np.bool_]) -> None:
-    """Paint part of a picture as ignored, with lines that show when it is shrunk too."""
-    height, width = mask.shape
-    spacing = max(4, width // _N_LINES)
-    v, u = np.ogrid[:height, :width]
-    picture[mask] = IGNORED
-    picture[mask & ((u + v) % spacing < spacing // 4)] = HATCH

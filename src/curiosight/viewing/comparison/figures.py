@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from curiosight.viewing.comparison.confusion import HATCH, IGNORED, OUTCOMES
+from curiosight.viewing.comparison.confusion import OUTCOMES
 from curiosight.viewing.comparison.content import COLUMN_OF, Curve, MethodResult, WallRow
 from curiosight.viewing.comparison.curve_styles import (
     DASHES,
@@ -26,6 +26,7 @@ from curiosight.viewing.comparison.standings import ranked, written
 from curiosight.viewing.comparison.wall import TILE_PX, Mosaic, blocks, mosaic
 from curiosight.viewing.overlays import Colour
 from curiosight.viewing.paper import FAINT, HUES, INK, new_figure, save_figure, with_style
+from curiosight.viewing.truth import HATCH, IGNORED
 
 _GREY = "#b4b4b4"
 _GRID = "#e6e6e6"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from curiosight.viewing.comparison.confusion import HATCH, IGNORED, OUTCOMES
+from curiosight.viewing.comparison.confusion import OUTCOMES
 from curiosight.viewing.comparison.content import WallRow
 from curiosight.viewing.comparison.wall import Tile, map_names, tiles
 from curiosight.viewing.overlays import Colour
 from curiosight.viewing.report.embedding import shrunken, source
 from curiosight.viewing.report.markup import Markup, element, join
+from curiosight.viewing.truth import HATCH, IGNORED
 
 MAX_WIDTH_PX = 320
 MAX_COLUMNS = 10

@@ -14,9 +14,9 @@ from curiosight.viewing.comparison.confusion import (
     Image,
     confusion,
     map_picture,
-    truth_picture,
 )
 from curiosight.viewing.comparison.content import WallRow
+from curiosight.viewing.truth import truth_picture
 
 TILE_PX = 240  # width of a picture of the mosaic
 GAP_PX = 8

@@ -10,7 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.viewing.figures import share_of_steps, window_shares
-from curiosight.viewing.paper import FAINT, HUES, new_figure, save_figure, with_style
+from curiosight.viewing.paper import (
+    FAINT,
+    HUES,
+    INK,
+    label_ends,
+    new_figure,
+    region_colours,
+    save_figure,
+    with_style,
+)
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -32,11 +41,16 @@ class BandOfErrors(Protocol):
 
 @with_style
 def draw_errors(
-    bands: Mapping[str, BandOfErrors], offline_error: float, x_title: str, path: Path | str
+    bands: Mapping[str, BandOfErrors],
+    offline_error: float,
+    x_title: str,
+    path: Path | str,
+    *,
+    others: Mapping[str, float] | None = None,
 ) -> None:
     """Draw the overall error of strategies, mean ± standard deviation, and the off-line model's.
 
-    path: ends in .png or .svg.
+    others: errors by name of what does not learn. path: ends in .png, .svg or .pdf.
     """
     if not bands:
         raise ValueError("bands: expected at least one, got none")
@@ -50,6 +64,8 @@ def draw_errors(
         axes.plot(band.x[-1], band.mean[-1], "o", color=hue, markersize=3.5)
     dots = (0, (2, 3))
     axes.axhline(offline_error, color=FAINT, linewidth=1, linestyle=dots, label="off-line")
+    for name, error in (others or {}).items():
+        axes.axhline(error, color=INK, linewidth=1, linestyle=dots, label=name)
     lowest = min(offline_error, *(float(band.mean.min()) for band in bands.values()))
     axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
     axes.set_ylim(max(0.0, lowest - 0.08), 1.02)
@@ -73,3 +89,39 @@ def draw_time_per_region(
     shares = [window_shares(seed[:n_looks], len(region_names), n_window) for seed in regions]
     steps = np.arange(1, 1 + n_looks)
     share_of_steps(steps, np.mean(shares, axis=0), region_names, path, n_window=n_window)
+
+
+@with_style
+def draw_times(
+    steps: Ints,
+    shares: Mapping[str, Floats],
+    region_names: Sequence[str],
+    path: Path | str,
+    *,
+    n_window: int,
+) -> None:
+    """Draw shares (n_regions, n_steps) of windows of so many looks, a panel a strategy (fig. 7).
+
+    path: ends in .png, .svg or .pdf.
+    """
+    if not shares:
+        raise ValueError("shares: expected at least one, got none")
+    height = max(3.8, 0.26 * len(region_names))
+    figure = new_figure(3.8 * len(shares) + 0.6, height)
+    panels = figure.subplots(1, len(shares), squeeze=False, sharey=True)[0]
+    colours = region_colours(region_names)
+    for panel, (name, share) in zip(panels, shares.items(), strict=True):
+        panel.stackplot(steps, share, colors=colours, edgecolor="white", linewidth=0.4)
+        panel.set_xlim(steps[0], max(steps[-1], steps[0] + 1))
+        panel.set_ylim(0, 1)
+        panel.set_title(name, fontsize=10)
+        panel.set_xlabel("look")
+    panels[0].set_ylabel(f"share of {n_window} looks")
+    last = share[:, -1]
+    middles = np.cumsum(last) - last / 2
+    ends = [
+        (float(steps[-1]), float(middle), name, colour)
+        for middle, name, colour in zip(middles, region_names, colours, strict=True)
+    ]
+    label_ends(panels[-1], ends, gap=0.26 / height)
+    save_figure(figure, path)

@@ -1,0 +1,1 @@
+"""What the paper's figures show, of any source, as numbers and pictures to be drawn."""

@@ -1,0 +1,65 @@
+"""The views of a source, their regions, and where they are seen from above (fig. 8)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset
+from curiosight.experiments.components import choose_regions
+from curiosight.experiments.contest.prepared import Prepared
+from curiosight.explorer import Regions, make_regions
+from curiosight.explorer.from_above import seen_from_above
+from curiosight.frame import Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewsFromAbove:
+    """The views that can be chosen; up: (3,) against gravity, None = not known."""
+
+    ids: Sequence[str]
+    poses: Sequence[Pose | None]
+    regions: Regions
+    up: npt.NDArray[np.float64] | None
+
+    @classmethod
+    def of(cls, config: Config, dataset: Dataset, prepared: Prepared | None) -> ViewsFromAbove:
+        """Return them with the regions that strategies choose among; prepared: if it could be."""
+        if prepared is None:
+            return cls(dataset.ids, dataset.poses, choose_regions(config, dataset), None)
+        regions = make_regions(
+            config.explorer.regions or None,
+            prepared.poses,
+            prepared.ids,
+            metres=np.asarray(prepared.metres),
+            up=prepared.up,
+        )
+        return cls(prepared.ids, prepared.poses, regions, prepared.up)
+
+    @property
+    def has_poses(self) -> bool:
+        """Tell whether any view has a pose."""
+        return any(pose is not None for pose in self.poses)
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield a row for each view: where it is, metres, where it looks, and its region."""
+        above = seen_from_above(self.poses, self.up)
+        for id, place, heading, region in zip(
+            self.ids, above.positions, above.headings, self.regions.of_view, strict=True
+        ):
+            yield {
+                "id": id,
+                "x": _known(place[0]),
+                "y": _known(place[1]),
+                "heading_deg": _known(np.degrees(heading)),
+                "region": "" if region < 0 else self.regions.names[region],
+            }
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
