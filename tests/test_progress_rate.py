@@ -8,6 +8,7 @@ import pytest
 from curiosight.explorer.check import check_strategy
 from curiosight.explorer.outcome import MAX_RANGE, Outcome, Seen
 from curiosight.explorer.outlook import N_ACROSS, Outlook
+from curiosight.explorer.paths import Alikeness, plan_path
 from curiosight.explorer.progress_rate import ProgressRate
 from curiosight.explorer.worth import Learnability, Worth
 from curiosight.frame import Camera, Frame, Label, Pose, Viewpoint
@@ -92,10 +93,10 @@ def test_things_are_worth_more_and_less_each_time() -> None:
             of_label.append(worth.of(outlook, np.arange(1))[0][0])
         fresh.append(of_label)
     salient, other = fresh
-    assert salient[0] == other[0] == pytest.approx(worth.unknown)
+    assert salient[0] == other[0] == pytest.approx(np.sqrt(worth.unknown))
     assert salient[1] > salient[0] > other[1]
     assert salient[1] > salient[2] > salient[3]
-    assert worth.of(outlook, np.arange(1))[2][0] == 0  # it shows no thing
+    assert worth.of(outlook, np.arange(1))[1][0] == 0  # it shows no thing
 
 
 def test_only_what_is_hardly_predicted_is_worth_less() -> None:
@@ -169,6 +170,7 @@ def test_a_room_that_has_changed_is_new() -> None:
     assert before is not None
     assert after is not None
     assert after > 2 * before
+    assert after == pytest.approx(1, abs=0.1)
 
 
 def test_it_says_why_it_goes() -> None:
@@ -179,6 +181,29 @@ def test_it_says_why_it_goes() -> None:
     assert decision is not None
     assert decision.chosen == regions[-1]
     assert len(decision.candidates) == 3
-    best = max(decision.candidates, key=lambda candidate: candidate.score)
-    assert best.region == decision.chosen
-    assert "a second expected there" in decision.text
+    (chosen,) = (one for one in decision.candidates if one.region == decision.chosen)
+    assert chosen.expected_gain is not None
+    assert chosen.expected_gain >= 0.35 * max(one.expected_gain or 0 for one in decision.candidates)
+    assert decision.text.startswith("nearest of ")
+
+
+def test_a_path_takes_in_what_is_on_the_way_and_not_twice_the_same() -> None:
+    places = np.array([0.0, 4.0, 2.0, 2.05, 9.0])
+    seconds = np.abs(places[:, None] - places[None])
+    poses = [at(x) for x in places]
+    views = np.arange(1, 5)
+    path = plan_path(0, views, np.ones(4), seconds, Alikeness(poses), n_looks=3, patience=1.0)
+    assert path == sorted(path, key=lambda number: places[number])  # one way, no turning back
+    assert path[0] in (2, 3)
+    worth_it = np.array([1.0, 0.0, 0.0, 9.0])
+    assert 4 in plan_path(0, views, worth_it, seconds, Alikeness(poses), n_looks=2, patience=1.0)
+
+
+def test_views_are_alike_that_stand_and_look_alike() -> None:
+    alikeness = Alikeness([at(0), at(0.3), at(0, turned_deg=90), at(5), None])
+    same, near, turned, far, unknown = alikeness.between(np.arange(5), 0)
+    assert same == 1
+    assert 0.9 < near < 1
+    assert turned == pytest.approx(0, abs=1e-9)
+    assert far < 0.01
+    assert unknown == 0

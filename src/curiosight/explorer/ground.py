@@ -56,6 +56,11 @@ class Ground:
         return self._rows[here]
 
     @cached_property
+    def seconds(self) -> Floats:
+        """(n, n) seconds from each view to each."""
+        return np.stack([self.seconds_from(number) for number in range(len(self))])
+
+    @cached_property
     def between(self) -> Floats:
         """(n_regions, n_regions) seconds from region to region; 0 from one to itself.
 

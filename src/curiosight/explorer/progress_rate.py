@@ -11,6 +11,7 @@ from curiosight.explorer.decision import Candidate, Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.outlook import Outlook
+from curiosight.explorer.paths import Alikeness, plan_path
 from curiosight.explorer.tally import Tally
 from curiosight.explorer.worth import Learnability, Worth
 from curiosight.frame import Viewpoint
@@ -21,33 +22,30 @@ Ints = npt.NDArray[np.int64]
 LOOK_SECONDS = 1.0
 # Views farther than so many seconds of way see other surfaces.
 REACH_SECONDS = 16.0
-# A stay is weighed by up to so many looks, each of which leaves less for the next.
-N_PLANNED, LEFT = 12, 0.97
 # What later looks in a region bring: c and p of `ProgressRate`.
 HALF, POWER = 15.0, 1.5
-# Seconds of a way inside a region, and those that make a near view no better than a good one.
-WITHIN_SECONDS, PATIENCE = 2.0, 2.0
+# Regions that promise so much of the best are gone to; one that promises less is left after some
+# looks.
+ENOUGH, LEFT_BELOW, N_TRIED = 0.35, 0.12, 5
+# Seconds that make a near view no better than a good one.
+PATIENCE = 2.0
 
 
 class ProgressRate:
     """Go where the error is expected to fall most per second of way and looks.
 
-    What a look at view v of region r is expected to bring is
+    What a look in region r is expected to bring is
 
-        progress(v) = share(r) learnability(r) (c / (c + looks(r)))^p fresh(v) / whole(r),
+        progress(r) = share(r) learnability(r) (c / (c + looks(r)))^p,
 
-    fresh(v): how much of what it would show is new, things above all (`Worth`); whole(r): the
-    mean of that over the region's views, had nothing been seen; share(r): of its views, those
-    that show things at all; learnability(r): see there; and the first looks bring most. The next
-    region is the one with the largest
+    share(r): of its views, those that show things at all; learnability(r): see there; and the
+    first looks bring most. Stays are of `n_stay` looks, or end where another region promises so
+    much more that the way pays. Then comes the nearest of the regions that promise nearly as much
+    as the best. Inside a region the path is planned that takes in the most value per second: what
+    would be new in view, things above all (`Worth`), with near views taken in on the way. A region
+    that shows no progress is left, and one that has changed is new again.
 
-        max over k of (progress of its k best views) / (way there + k looks),
-
-    the next view in it the one with the largest progress(v) / (way + patience). What is not
-    known yet counts as much as what is seen does on average, so that it is tried when it is near;
-    a region that shows no progress is left, and one that has changed is new again.
-
-    views, ways: see `Ground`. The first view is drawn.
+    views, ways: see `Ground`. The first view is drawn. n_stay: looks of a stay, at most.
     """
 
     def __init__(
@@ -56,82 +54,76 @@ class ProgressRate:
         rng: np.random.Generator,
         *,
         ways: Ways | None = None,
+        n_stay: int = 15,
         worth: Worth | None = None,
     ) -> None:
+        if n_stay < 1:
+            raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
         self._ground = ground = Ground(views, ways)
         self._tally = Tally(ground)
         self._outlook = Outlook([view.T_world_camera for view in ground.views])
+        self._alikeness = Alikeness([view.T_world_camera for view in ground.views])
         self._worth = worth or Worth()
         self._learnability = Learnability(ground.n_regions)
         self._first = int(rng.integers(len(ground)))
         # Looks that still count: fewer where a region has changed.
         self._n_seen = np.zeros(len(ground))
         self._n_looks = np.zeros(ground.n_regions)
-        self._fresh, self._whole, self._shows = self._worth.of(
-            self._outlook, np.arange(len(ground))
-        )
-        self._region = -1
+        self._fresh, self._shows = self._worth.of(self._outlook, np.arange(len(ground)))
+        self._region, self._n_stay, self._n_stayed = -1, n_stay, 0
         self._decision: Decision | None = None
 
     def choose(self) -> Viewpoint:
         if self._tally.here is None:
             self._region = int(self._ground.region_of[self._first])
             return self._tally.go_to(self._first)
-        progress, seconds = self.progress(), self._ground.seconds_from(self._tally.here)
-        self._go_on(progress, self._rates(progress))
+        progress = self.progress()
+        others = np.delete(progress, self._region)
+        is_poor = progress[self._region] < LEFT_BELOW * others.max(initial=0.0)
+        if self._n_stayed >= (N_TRIED if is_poor else self._n_stay):
+            self._leave(progress)
         members = self._ground.members[self._region]
-        best = np.argmax(progress[members] / (seconds[members] + PATIENCE))
-        return self._tally.go_to(int(members[best]))
+        path = plan_path(
+            self._tally.here,
+            members,
+            self._fresh[members] * self._worth.again ** self._n_seen[members],
+            self._ground.seconds,
+            self._alikeness,
+            n_looks=self._n_stay - self._n_stayed,
+            patience=PATIENCE,
+        )
+        return self._tally.go_to(path[0])
 
-    def _go_on(self, progress: Floats, rates: Floats) -> None:
-        """Stay in the region or go to the best, and keep why."""
-        chosen = int(np.argmax(rates))
-        if chosen == self._region:
-            return
+    def _leave(self, progress: Floats) -> None:
+        """Go to the nearest region that promises enough, maybe again to this, and keep why."""
+        ways = self._tally.seconds_to_regions()
+        enough = np.flatnonzero(progress >= ENOUGH * progress.max())
+        chosen = int(enough[np.argmin(ways[enough])])
         regions = self._ground.regions.tolist()
-        best = [float(progress[members].max()) for members in self._ground.members]
-        ways = self._tally.seconds_to_regions().tolist()
-        scores = zip(regions, best, ways, rates.tolist(), strict=True)
-        left, there = rates[self._region], rates[chosen]
-        news = "" if self._n_looks[chosen] else ", and nothing is known of it yet"
+        rates = progress / (ways / self._n_stay + LOOK_SECONDS)
+        scores = zip(regions, progress.tolist(), ways.tolist(), rates.tolist(), strict=True)
+        news = "" if self._n_looks[chosen] else ", where nothing is known yet"
         self._decision = Decision(
             tuple(Candidate(*score) for score in scores),
             regions[chosen],
-            f"{there:.3f} a second expected there, {left:.3f} here{news}",
+            f"nearest of {len(enough)} that promise at least {ENOUGH:g} of the best{news}",
         )
-        self._region = chosen
+        self._region, self._n_stayed = chosen, 0
 
     def progress(self) -> Floats:
-        """Return (n_views,) of what a look is expected to bring."""
+        """Return (n_regions,) of what a look is expected to bring, beside 1 in a new one."""
         ground = self._ground
-        n_views = np.bincount(ground.region_of)
-        whole = np.bincount(ground.region_of, self._whole) / n_views
-        share = np.bincount(ground.region_of, self._shows) / n_views
+        share = np.bincount(ground.region_of, self._shows) / np.bincount(ground.region_of)
         early = (HALF / (HALF + self._n_looks)) ** POWER
-        of_region = share * self._learnability.of_regions() * early / whole
-        again = self._worth.again**self._n_seen
-        expected: Floats = of_region[ground.region_of] * self._fresh * again
+        expected: Floats = share * self._learnability.of_regions() * early
         return expected
-
-    def _rates(self, progress: Floats) -> Floats:
-        """Return (n_regions,) progress per second of the best stay in each region."""
-        ways = self._tally.seconds_to_regions()
-        ways[self._region] = 0.0
-        rates = np.empty(len(ways))
-        for region, members in enumerate(self._ground.members):
-            best = np.sort(progress[members])[::-1][:N_PLANNED]
-            later = np.arange(len(best))
-            start = HALF + self._n_looks[region]
-            brought = np.cumsum(best * LEFT**later * (start / (start + later)) ** POWER)
-            seconds = ways[region] + (later + 1) * (LOOK_SECONDS + WITHIN_SECONDS)
-            rates[region] = (brought / seconds).max()
-        return rates
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         number = self._ground.number_of(viewpoint)
         region = int(self._ground.region_of[number])
         self._n_seen[number] += 1
         self._n_looks[region] += 1
+        self._n_stayed += 1
         self._learnability.add(region, outcome.error)
         if outcome.has_changed:
             self._forget(region)
@@ -154,8 +146,7 @@ class ProgressRate:
 
     def _weigh(self, views: Ints) -> None:
         """Find out anew what some views are worth."""
-        fresh, whole, shows = self._worth.of(self._outlook, views)
-        self._fresh[views], self._whole[views], self._shows[views] = fresh, whole, shows
+        self._fresh[views], self._shows[views] = self._worth.of(self._outlook, views)
 
     def reasons(self) -> Decision | None:
         return self._decision
@@ -164,8 +155,6 @@ class ProgressRate:
         return ()
 
     def progress_of(self, region: int) -> float | None:
-        """Return what the best look in a region is expected to bring, beside a new one's 1."""
-        progress, numbers = self.progress(), np.flatnonzero(self._ground.regions == region)
-        return (
-            float(progress[self._ground.members[int(numbers[0])]].max()) if len(numbers) else None
-        )
+        """Return what a look in a region is expected to bring; None for one without views."""
+        numbers = np.flatnonzero(self._ground.regions == region)
+        return float(self.progress()[numbers[0]]) if len(numbers) else None

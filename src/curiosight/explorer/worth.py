@@ -28,24 +28,25 @@ class Worth:
     another region has changed.
     """
 
-    other: float = 0.12
-    unknown: float = 0.25
-    keep: float = 0.5
-    again: float = 0.5
+    other: float = 0.03
+    unknown: float = 0.15
+    keep: float = 0.7
+    again: float = 0.02
     doubt: float = 0.3
     least_salient: float = 0.01
 
-    def of(self, outlook: Outlook, views: Ints) -> tuple[Floats, Floats, Floats]:
-        """Return (n,) of views: what is new, what would be if nothing was seen, shows things.
+    def of(self, outlook: Outlook, views: Ints) -> tuple[Floats, Floats]:
+        """Return (n,) of views: what would be new in it, and 1 if it shows things, else 0.
 
-        The last is 1 or 0; 1 too where half of the view is unknown.
+        The first is the root of a share: twice as much of the same is not worth twice as much.
+        The second is 1 too where half of the view is unknown.
         """
         is_known = np.isfinite(outlook.depth[views])
         is_salient = is_known & (outlook.n_salient[views] > outlook.n_told[views] / 2)
-        whole = np.where(is_known, np.where(is_salient, 1.0, self.other), self.unknown)
-        fresh = np.where(is_known, whole * self.keep ** outlook.n_seen[views], whole)
+        worth = np.where(is_salient, 1.0, self.other) * self.keep ** outlook.n_seen[views]
+        fresh = np.where(is_known, worth, self.unknown).mean(axis=1)
         shows = (is_salient.mean(1) > self.least_salient) | (is_known.mean(1) < 0.5)
-        return fresh.mean(1), whole.mean(1), shows.astype(np.float64)
+        return np.sqrt(fresh), shows.astype(np.float64)
 
 
 class Learnability:
