@@ -26,7 +26,7 @@ REACH_SECONDS = 16.0
 HALF, POWER = 15.0, 1.5
 # Regions that promise so much of the best are gone to; one that promises less is left after some
 # looks.
-ENOUGH, LEFT_BELOW, N_TRIED = 0.35, 0.12, 5
+ENOUGH, LEFT_BELOW, N_TRIED = 0.6, 0.12, 5
 # Seconds that make a near view no better than a good one.
 PATIENCE = 2.0
 
@@ -95,9 +95,11 @@ class ProgressRate:
         return self._tally.go_to(path[0])
 
     def _leave(self, progress: Floats) -> None:
-        """Go to the nearest region that promises enough, maybe again to this, and keep why."""
+        """Go to the nearest region that promises enough, to this again if no other does, and keep why."""
         ways = self._tally.seconds_to_regions()
         enough = np.flatnonzero(progress >= ENOUGH * progress.max())
+        elsewhere = enough[enough != self._region]
+        enough = elsewhere if len(elsewhere) else enough
         chosen = int(enough[np.argmin(ways[enough])])
         regions = self._ground.regions.tolist()
         rates = progress / (ways / self._n_stay + LOOK_SECONDS)
