@@ -95,7 +95,7 @@ class ProgressRate:
         return self._tally.go_to(path[0])
 
     def _leave(self, progress: Floats) -> None:
-        """Go to the nearest region that promises enough, to this again if no other does, and keep why."""
+        """Go to the nearest region that promises enough, and keep why; not to this if any does."""
         ways = self._tally.seconds_to_regions()
         enough = np.flatnonzero(progress >= ENOUGH * progress.max())
         elsewhere = enough[enough != self._region]
