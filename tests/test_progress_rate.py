@@ -188,15 +188,23 @@ def test_it_says_why_it_goes() -> None:
 
 
 def test_a_path_takes_in_what_is_on_the_way_and_not_twice_the_same() -> None:
-    places = np.array([0.0, 4.0, 2.0, 2.05, 9.0])
-    seconds = np.abs(places[:, None] - places[None])
-    poses = [at(x) for x in places]
-    views = np.arange(1, 5)
-    path = plan_path(0, views, np.ones(4), seconds, Alikeness(poses), n_looks=3, patience=1.0)
-    assert path == sorted(path, key=lambda number: places[number])  # one way, no turning back
-    assert path[0] in (2, 3)
-    worth_it = np.array([1.0, 0.0, 0.0, 9.0])
-    assert 4 in plan_path(0, views, worth_it, seconds, Alikeness(poses), n_looks=2, patience=1.0)
+    places = np.array([4.0, 2.0, 2.05, 9.0])
+    between = np.abs(places[:, None] - places[None])
+    alikeness = Alikeness([at(x) for x in places])
+
+    def plan(values: list[float], n_looks: int) -> list[int]:
+        return plan_path(
+            np.array(values),
+            places,  # from 0
+            between,
+            lambda number: alikeness.between(np.arange(4), number),
+            n_looks=n_looks,
+            patience=1.0,
+        )
+
+    path = plan([1.0, 1.0, 1.0, 1.0], 4)
+    assert path == [1, 2, 0, 3]  # one way, no turning back
+    assert 3 in plan([1.0, 0.0, 0.0, 9.0], 2)
 
 
 def test_views_are_alike_that_stand_and_look_alike() -> None:

@@ -35,6 +35,7 @@ class Ground:
         self._number_of = {view.index: number for number, view in enumerate(self.views)}
         self.ways = ways
         self._rows: dict[int, Floats] = {}
+        self._blocks: dict[int, Floats] = {}
 
     def __len__(self) -> int:
         return len(self.views)
@@ -55,10 +56,15 @@ class Ground:
             self._rows[here] = self.ways(self.views[here], self.views)
         return self._rows[here]
 
-    @cached_property
-    def seconds(self) -> Floats:
-        """(n, n) seconds from each view to each."""
-        return np.stack([self.seconds_from(number) for number in range(len(self))])
+    def among(self, region: int) -> Floats:
+        """Return the (m, m) seconds between the views of a region."""
+        if region not in self._blocks:
+            views = [self.views[number] for number in self.members[region]]
+            if self.ways is None:
+                self._blocks[region] = np.zeros((len(views), len(views)))
+            else:
+                self._blocks[region] = np.stack([self.ways(start, views) for start in views])
+        return self._blocks[region]
 
     @cached_property
     def between(self) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -37,37 +38,39 @@ class Alikeness:
 
 
 def plan_path(
-    here: int,
-    views: Ints,
     values: Floats,
-    seconds: Floats,
-    alikeness: Alikeness,
+    to: Floats,
+    between: Floats,
+    alike: Callable[[int], Floats],
     *,
     n_looks: int,
     patience: float,
 ) -> list[int]:
-    """Return up to `n_looks` of some views, in the order of a short way from here.
+    """Return up to `n_looks` of n views, by number, in the order of a short way from here.
 
     One after the other that view is put into the path, where it adds least, which has the most
     value per second that it adds; then views like it are worth less (cheapest insertion).
 
-    values: (n,) of the views. seconds: (n_all, n_all) of the ways between all views.
+    values: (n,) of the views. to: (n,) seconds from here to each. between: (n, n) seconds.
+    alike: returns of a view (n,) in [0, 1], how much of it each other shows.
     patience: seconds that a view is taken to add at least.
     """
-    path, left = [here], values.astype(np.float64)
-    for _ in range(min(n_looks, len(views))):
-        added, at = _insertions(np.array(path), views, seconds)
+    path: list[int] = []
+    left = values.astype(np.float64)
+    for _ in range(min(n_looks, len(values))):
+        added, at = _insertions(path, to, between)
         chosen = int(np.argmax(left / (added + patience)))
-        path.insert(int(at[chosen]), int(views[chosen]))
-        left *= 1 - (1 - LEFT_OF_TWIN) * alikeness.between(views, int(views[chosen]))
+        path.insert(int(at[chosen]), chosen)
+        left *= 1 - (1 - LEFT_OF_TWIN) * alike(chosen)
         left[chosen] = -1.0
-    return path[1:]
+    return path
 
 
-def _insertions(path: Ints, views: Ints, seconds: Floats) -> tuple[Floats, Ints]:
+def _insertions(path: list[int], to: Floats, between: Floats) -> tuple[Floats, Ints]:
     """Return (n,) how many seconds each view adds to a path at its best place, and where."""
-    to = seconds[np.ix_(path, views)]
-    detours = to[:-1] + to[1:] - seconds[path[:-1], path[1:]][:, None]
-    added = np.concatenate([detours, to[-1:]])
+    from_each = np.vstack([to, between[path]])
+    onward = np.concatenate([to[path[:1]], between[path[:-1], path[1:]]])
+    detours = from_each[:-1] + between[path] - onward[:, None]
+    added = np.vstack([detours, from_each[-1:]])
     best = added.argmin(axis=0)
-    return np.maximum(added[best, np.arange(len(views))], 0), best + 1
+    return np.maximum(added[best, np.arange(len(to))], 0), best

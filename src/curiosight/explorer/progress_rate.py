@@ -29,6 +29,8 @@ HALF, POWER = 15.0, 1.5
 ENOUGH, LEFT_BELOW, N_TRIED = 0.6, 0.12, 5
 # Seconds that make a near view no better than a good one.
 PATIENCE = 2.0
+# Through more views than this no path is planned, which would take too long.
+MOST_PLANNED = 200
 
 
 class ProgressRate:
@@ -82,17 +84,24 @@ class ProgressRate:
         is_poor = progress[self._region] < LEFT_BELOW * others.max(initial=0.0)
         if self._n_stayed >= (N_TRIED if is_poor else self._n_stay):
             self._leave(progress)
-        members = self._ground.members[self._region]
+        return self._tally.go_to(self._next_view())
+
+    def _next_view(self) -> int:
+        """Return the first view of a path through the region, or of a large one just the best."""
+        ground, members = self._ground, self._ground.members[self._region]
+        values = self._fresh[members] * self._worth.again ** self._n_seen[members]
+        to = ground.seconds_from(self._tally.here)[members]
+        if len(members) > MOST_PLANNED:
+            return int(members[np.argmax(values / (to + PATIENCE))])
         path = plan_path(
-            self._tally.here,
-            members,
-            self._fresh[members] * self._worth.again ** self._n_seen[members],
-            self._ground.seconds,
-            self._alikeness,
+            values,
+            to,
+            ground.among(self._region),
+            lambda number: self._alikeness.between(members, int(members[number])),
             n_looks=self._n_stay - self._n_stayed,
             patience=PATIENCE,
         )
-        return self._tally.go_to(path[0])
+        return int(members[path[0]])
 
     def _leave(self, progress: Floats) -> None:
         """Go to the nearest region that promises enough, and keep why; not to this if any does."""
