@@ -108,7 +108,7 @@ def test_all_frames_bad(command: str, source: Path, out: Path, capsys: Capsys) -
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ("--strategy iak", "chronological, random, iac, got 'iak'; did you mean iac?"),
+        ("--strategy iak", "package.module:Class, got 'iak'; did you mean iac?"),
         ("--scene kitchen", "'kitchen'"),
         ("--preset best", "default or paper, got 'best'"),
         ("--regions rooms", "got 'rooms', which is no file either"),

@@ -126,7 +126,7 @@ class TestRegions:
 
     def test_progress_is_known_from_its_first_step_on_and_never_negative(self):
         known = [Row(0, 0, 1, 1), Row(1, 0, 1, 1, 0.4), Row(2, 1, 1, 1), Row(3, 0, 1, 1, -0.4)]
-        tree = read(replace(report(), region_names=NAMES[:2], steps=known))
+        tree = read(replace(report(), region_names=NAMES[:2], steps=known, decisions=()))
         (line,) = of_class(tree, "progress")
         expected = [(33.3, 0), (66.7, 0), (100, 100)]
         np.testing.assert_allclose(points_of(line.get("d")), expected)
