@@ -184,6 +184,7 @@ def test_it_says_why_it_goes() -> None:
     (chosen,) = (one for one in decision.candidates if one.region == decision.chosen)
     assert chosen.expected_gain is not None
     assert chosen.expected_gain >= 0.6 * max(one.expected_gain or 0 for one in decision.candidates)
+    assert chosen.score == max(one.score for one in decision.candidates)
     assert decision.text.startswith("nearest of ")
 
 

@@ -111,8 +111,9 @@ class ProgressRate:
         enough = elsewhere if len(elsewhere) else enough
         chosen = int(enough[np.argmin(ways[enough])])
         regions = self._ground.regions.tolist()
-        rates = progress / (ways / self._n_stay + LOOK_SECONDS)
-        scores = zip(regions, progress.tolist(), ways.tolist(), rates.tolist(), strict=True)
+        nearness = np.zeros(len(ways))
+        nearness[enough] = 1 / (ways[enough] + LOOK_SECONDS)
+        scores = zip(regions, progress.tolist(), ways.tolist(), nearness.tolist(), strict=True)
         news = "" if self._n_looks[chosen] else ", where nothing is known yet"
         self._decision = Decision(
             tuple(Candidate(*score) for score in scores),
