@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,24 @@ class Decision:
     candidates: tuple[Candidate, ...]
     chosen: int
     text: str
+
+    @classmethod
+    def among(
+        cls,
+        regions: Iterable[int],
+        gains: Iterable[float | None],
+        seconds: Iterable[float],
+        scores: Iterable[float],
+        *,
+        chosen: int,
+        text: str,
+    ) -> Self:
+        """Return the decision between regions, one of each number; see `Candidate`."""
+        candidates = (
+            Candidate(int(region), None if gain is None else float(gain), float(way), float(score))
+            for region, gain, way, score in zip(regions, gains, seconds, scores, strict=True)
+        )
+        return cls(tuple(candidates), int(chosen), text)
 
 
 @runtime_checkable

@@ -14,6 +14,8 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 # (n,) seconds from one viewpoint to n others.
 Ways = Callable[[Viewpoint, Sequence[Viewpoint]], Floats]
+# What a look takes, beside the way to it.
+LOOK_SECONDS = 1.0
 # Of a region so many views stand for all, when ways to other regions are measured.
 N_STARTS = 5
 

@@ -6,16 +6,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from curiosight.explorer.decision import Candidate, Decision
-from curiosight.explorer.ground import Ground, Ways
+from curiosight.explorer.decision import Decision
+from curiosight.explorer.ground import LOOK_SECONDS, Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 
 # Tells how far the true overall error would fall, were these views looked at next, in turn.
 Trial = Callable[[Sequence[Viewpoint]], float]
-
-LOOK_SECONDS = 1.0
 
 
 class Oracle:
@@ -58,13 +56,13 @@ class Oracle:
         rates = np.array(falls) / seconds
         best = int(rates.argmax())
         ways = tally.seconds_to_regions()
-        self._decision = Decision(
-            tuple(
-                Candidate(int(ground.regions[r]), float(falls[r]), float(ways[r]), float(rates[r]))
-                for r in range(ground.n_regions)
-            ),
-            int(ground.regions[best]),
-            "largest fall of the true error per second, tried on a copy",
+        self._decision = Decision.among(
+            ground.regions,
+            falls,
+            ways,
+            rates,
+            chosen=ground.regions[best],
+            text="largest fall of the true error per second, tried on a copy",
         )
         return stays[best][0]
 

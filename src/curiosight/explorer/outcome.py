@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label
+from curiosight.frame import Frame
 
 Array = npt.NDArray[Any]
 Again = Callable[[], float | None]
@@ -44,11 +44,6 @@ class Seen:
         inside = np.stack([x[is_seen], y[is_seen], z[is_seen]], axis=1)
         points = inside @ pose[:3, :3].T + pose[:3, 3]
         return cls(points.astype(np.float32), labels[v, u][is_seen])
-
-    @property
-    def salient_share(self) -> float:
-        """Of what it shows, the part that is an object."""
-        return float((self.labels == Label.SALIENT).mean()) if len(self.labels) else 0.0
 
 
 class Labelled(Protocol):

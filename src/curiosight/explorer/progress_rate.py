@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.explorer.decision import Candidate, Decision
-from curiosight.explorer.ground import Ground, Ways
+from curiosight.explorer.decision import Decision
+from curiosight.explorer.ground import LOOK_SECONDS, Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.outlook import Outlook
 from curiosight.explorer.paths import Alikeness, plan_path
@@ -19,7 +19,6 @@ from curiosight.frame import Viewpoint
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-LOOK_SECONDS = 1.0
 # Views farther than so many seconds of way see other surfaces.
 REACH_SECONDS = 16.0
 # What later looks in a region bring: c and p of `ProgressRate`.
@@ -110,15 +109,16 @@ class ProgressRate:
         elsewhere = enough[enough != self._region]
         enough = elsewhere if len(elsewhere) else enough
         chosen = int(enough[np.argmin(ways[enough])])
-        regions = self._ground.regions.tolist()
         nearness = np.zeros(len(ways))
         nearness[enough] = 1 / (ways[enough] + LOOK_SECONDS)
-        scores = zip(regions, progress.tolist(), ways.tolist(), nearness.tolist(), strict=True)
         news = "" if self._n_looks[chosen] else ", where nothing is known yet"
-        self._decision = Decision(
-            tuple(Candidate(*score) for score in scores),
-            regions[chosen],
-            f"nearest of {len(enough)} that promise at least {ENOUGH:g} of the best{news}",
+        self._decision = Decision.among(
+            self._ground.regions,
+            progress,
+            ways,
+            nearness,
+            chosen=self._ground.regions[chosen],
+            text=f"nearest of {len(enough)} that promise at least {ENOUGH:g} of the best{news}",
         )
         self._region, self._n_stayed = chosen, 0
 

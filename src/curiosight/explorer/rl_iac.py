@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.explorer.ground import LOOK_SECONDS
 from curiosight.explorer.stays import Choice
 from curiosight.explorer.tally import Tally
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-LOOK_SECONDS = 1.0
 _NEGLIGIBLE = 1e-12
 
 

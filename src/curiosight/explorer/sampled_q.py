@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
-from curiosight.explorer.ground import Ground
-from curiosight.explorer.rl_iac import LOOK_SECONDS, known_interests
+from curiosight.explorer.ground import LOOK_SECONDS, Ground
+from curiosight.explorer.rl_iac import known_interests
 from curiosight.explorer.stays import Choice
 from curiosight.explorer.tally import Tally
 

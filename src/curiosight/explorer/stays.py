@@ -10,7 +10,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.explorer.decision import Candidate, Decision
+from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.motivations import Motivation, Progress
 from curiosight.explorer.outcome import Outcome
@@ -124,15 +124,13 @@ class Stays:
         interests = [self._motivation.interest(region) for region in regions]
         choice = self._choose_region(interests, self._tally)
         seconds = self._tally.seconds_to_regions()
-        self._decision = Decision(
-            tuple(
-                Candidate(region, interest, float(way), float(score))
-                for region, interest, way, score in zip(
-                    regions, interests, seconds, choice.scores, strict=True
-                )
-            ),
-            regions[choice.place],
-            choice.text,
+        self._decision = Decision.among(
+            regions,
+            interests,
+            seconds,
+            choice.scores,
+            chosen=regions[choice.place],
+            text=choice.text,
         )
         if self._inside == "nearest":
             numbers, _ = self._tally.stay(choice.place, self._n_stay)

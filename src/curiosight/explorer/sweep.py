@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curiosight.explorer.decision import Candidate, Decision
+from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.tally import Tally
@@ -62,13 +62,13 @@ class Sweep:
         least = np.flatnonzero(stays == stays.min())
         seconds = tally.seconds_to_regions()[least]
         chosen = int(least[np.argmin(seconds)])
-        self._decision = Decision(
-            tuple(
-                Candidate(int(ground.regions[region]), None, float(way), -float(way))
-                for region, way in zip(least, seconds, strict=True)
-            ),
-            int(ground.regions[chosen]),
-            f"nearest of {len(least)} least looked at",
+        self._decision = Decision.among(
+            ground.regions[least],
+            [None] * len(least),
+            seconds,
+            -seconds,
+            chosen=ground.regions[chosen],
+            text=f"nearest of {len(least)} least looked at",
         )
         return chosen
 

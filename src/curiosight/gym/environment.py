@@ -12,8 +12,8 @@ from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Dict, Discrete
 
 from curiosight.config import Config, load_config
-from curiosight.experiments.contest.tour import LOOK_SECONDS, Tour, views_in_regions
-from curiosight.explorer.ground import Ground
+from curiosight.experiments.contest.tour import Tour, views_in_regions
+from curiosight.explorer.ground import LOOK_SECONDS, Ground
 from curiosight.gym.known import Known, Numbers
 from curiosight.gym.sources import prepared_source
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from curiosight.config import Config, config_of, read_toml, to_toml, toml_value
 from curiosight.errors import DataError
-from curiosight.experiments.contest.tour import LOOK_SECONDS
+from curiosight.explorer.ground import LOOK_SECONDS
 
 SECTION = "compare"
 

@@ -14,6 +14,7 @@ from curiosight.evaluation import HeldOut
 from curiosight.experiments.components import make_learner
 from curiosight.experiments.contest.prepared import Phase, Prepared, Shown
 from curiosight.explorer import make_regions
+from curiosight.explorer.ground import LOOK_SECONDS
 from curiosight.explorer.outcome import Outcome, mean_uncertainty
 from curiosight.explorer.regions import Regions
 from curiosight.frame import Viewpoint
@@ -21,8 +22,6 @@ from curiosight.learner.experts import COMMON, Change
 from curiosight.worlds.travel import travel_seconds
 
 Floats = npt.NDArray[np.float64]
-
-LOOK_SECONDS = 1.0
 
 
 def views_in_regions(prepared: Prepared, config: Config) -> tuple[tuple[Viewpoint, ...], Regions]:
