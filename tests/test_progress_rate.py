@@ -15,6 +15,7 @@ from curiosight.frame import Camera, Frame, Label, Pose, Viewpoint
 
 CAMERA = Camera(64, 48, 52.5, 52.5, 31.5, 23.5)
 EVERYWHERE = np.ones(1, np.bool_)
+FIRST = np.arange(1)
 
 
 def at(x: float, *, turned_deg: float = 0.0) -> Pose:
@@ -50,17 +51,17 @@ def test_seen_are_the_points_in_range_in_the_world() -> None:
 def test_a_view_knows_what_another_from_the_same_place_saw() -> None:
     outlook = Outlook([at(0), at(0, turned_deg=180), None])
     outlook.add(wall(at(0), 2.0, Label.SALIENT), at(0), np.ones(3, np.bool_))
-    assert outlook.is_known[0].mean() > 0.95
-    np.testing.assert_allclose(outlook.depth[0][outlook.is_known[0]], 2.0, atol=1e-5)
-    assert outlook.is_salient[0][outlook.is_known[0]].all()
-    assert not outlook.is_known[1:].any()  # it looks away; nobody knows where that is
-    np.testing.assert_allclose(outlook.n_seen[0][outlook.is_known[0]], 1.0, atol=1e-5)
+    assert outlook.is_known(FIRST)[0].mean() > 0.95
+    np.testing.assert_allclose(outlook.depth[0][outlook.is_known(FIRST)[0]], 2.0, atol=1e-5)
+    assert outlook.is_salient(FIRST)[0][outlook.is_known(FIRST)[0]].all()
+    assert not outlook.is_known(np.array([1, 2])).any()  # it looks away; nobody knows where that is
+    np.testing.assert_allclose(outlook.n_seen[0][outlook.is_known(FIRST)[0]], 1.0, atol=1e-5)
 
 
 def test_half_a_turn_shows_half_of_it() -> None:
     outlook = Outlook([at(0, turned_deg=35)])
     outlook.add(wall(at(0), 2.0, Label.NOT_SALIENT), at(0), EVERYWHERE)
-    known = outlook.is_known[0].reshape(-1, N_ACROSS).mean(axis=0)
+    known = outlook.is_known(FIRST)[0].reshape(-1, N_ACROSS).mean(axis=0)
     assert (known[:10] > 0.7).all()
     assert (known[-10:] == 0).all()
 
@@ -79,7 +80,7 @@ def test_what_is_nearer_hides_what_was_known() -> None:
     middle = outlook.depth[0] == 1.0
     assert middle.mean() > 0.9
     np.testing.assert_allclose(outlook.n_seen[0][middle], 1.0, atol=1e-5)
-    assert outlook.is_salient[0][middle].all()
+    assert outlook.is_salient(FIRST)[0][middle].all()
 
 
 def test_things_are_worth_more_and_less_each_time() -> None:

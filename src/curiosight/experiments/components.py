@@ -17,7 +17,8 @@ from curiosight.errors import DataError
 from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
 from curiosight.explorer.ground import Ways
 from curiosight.explorer.oracle import Trial
-from curiosight.frame import Frame, Mount, Viewpoint
+from curiosight.explorer.regions import needs_ways
+from curiosight.frame import Frame, Mount, Pose, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner
@@ -282,14 +283,29 @@ def metres_between(dataset: Dataset, indices: Sequence[int]) -> npt.NDArray[np.f
 
 def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
     """Divide a recording into regions as the settings ask."""
+    is_by_ways = needs_ways(config.explorer.regions or None)
+    metres = metres_between(dataset, range(len(dataset))) if is_by_ways else None
+    up = None if survey is None else survey.up_world
+    return divide_views(config, dataset.poses, dataset.ids, metres=metres, up=up)
+
+
+def divide_views(
+    config: Config,
+    poses: Sequence[Pose | None],
+    ids: Sequence[str],
+    *,
+    metres: npt.NDArray[np.float64] | None,
+    up: npt.ArrayLike | None,
+) -> Regions:
+    """Divide views into regions as the settings ask; metres, up: see `make_regions`."""
     return make_regions(
         config.explorer.regions or None,
-        dataset.poses,
-        dataset.ids,
-        metres=metres_between(dataset, range(len(dataset))),
+        poses,
+        ids,
+        metres=metres,
         position_split=config.explorer.position_split,
         orientation_split=config.explorer.orientation_split,
-        up=survey.up_world if survey is not None else None,
+        up=up,
     )
 
 

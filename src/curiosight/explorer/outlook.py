@@ -66,15 +66,13 @@ class Outlook:
             self.n_salient,
         )
 
-    @property
-    def is_known(self) -> npt.NDArray[np.bool_]:
-        """(n_views, cells): surfaces that were seen."""
-        return np.isfinite(self.depth)
+    def is_known(self, views: Array) -> npt.NDArray[np.bool_]:
+        """Return (n, cells) of some views: surfaces that were seen."""
+        return np.isfinite(self.depth[views])
 
-    @property
-    def is_salient(self) -> npt.NDArray[np.bool_]:
-        """(n_views, cells): those that most looks took for an object."""
-        return self.n_salient > self.n_told / 2
+    def is_salient(self, views: Array) -> npt.NDArray[np.bool_]:
+        """Return (n, cells) of some views: those that most looks took for an object."""
+        return self.n_salient[views] > self.n_told[views] / 2
 
     def forget(self, views: Array, share: float) -> None:
         """Believe what is known of some views only in part, as where things may have changed.

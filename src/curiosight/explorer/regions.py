@@ -27,6 +27,7 @@ _PAPER_GRID = "pose:2x2x4"
 _N_SLICES = 5  # the paper's number for a recording without poses
 # Metres of way between two groups of views; rooms are told apart only where there are some.
 MAX_WAY, MIN_ROOMS = 7.0, 3
+_AUTO = r"auto(?::(\d{1,3}))?"
 _FORMS = "auto, auto:4, pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines"
 
 
@@ -76,7 +77,7 @@ def make_regions(
         found = way_regions(metres)
         if found.n_regions >= MIN_ROOMS:
             return found
-    if match := re.fullmatch(r"auto(?::(\d{1,3}))?", spec or ""):
+    if match := re.fullmatch(_AUTO, spec or ""):
         if metres is None or n_posed < len(poses):
             raise ValueError("regions: expected poses of all views for `auto`; use time:5")
         found = way_regions(metres)
@@ -151,6 +152,11 @@ def pose_regions(
         x, y = divmod(int(cell), positions[1])
         labels[view] = f"x{x} y{y} heading {sector}"
     return _number(labels, f"pose:{positions[0]}x{positions[1]}x{orientations}")
+
+
+def needs_ways(spec: str | None) -> bool:
+    """Tell whether regions of that spec are made of the ways between views."""
+    return spec is None or re.fullmatch(_AUTO, spec) is not None
 
 
 def way_regions(metres: Floats) -> Regions:

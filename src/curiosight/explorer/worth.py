@@ -41,8 +41,7 @@ class Worth:
         The first is the root of a share: twice as much of the same is not worth twice as much.
         The second is 1 too where half of the view is unknown.
         """
-        is_known = np.isfinite(outlook.depth[views])
-        is_salient = is_known & (outlook.n_salient[views] > outlook.n_told[views] / 2)
+        is_known, is_salient = outlook.is_known(views), outlook.is_salient(views)
         worth = np.where(is_salient, 1.0, self.other) * self.keep ** outlook.n_seen[views]
         fresh = np.where(is_known, worth, self.unknown).mean(axis=1)
         shows = (is_salient.mean(1) > self.least_salient) | (is_known.mean(1) < 0.5)

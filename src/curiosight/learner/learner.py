@@ -167,10 +167,11 @@ class SaliencyLearner:
         labels = fit_labels(segmentation.labels, description)
         sight = self.sight(frame, description, segmentation)
         votes = self.vote(description, frame.T_world_camera)
-        scores, error = self._judge(votes, description.count(labels), sight)
+        counts = description.count(labels)
+        scores, error = self._judge(votes, counts, sight)
         spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
-        return Observation(frame, segmentation, description, scores, error, change)
+        return Observation(frame, segmentation, description, scores, counts, error, change)
 
     def observe_again(self, visit: Visit) -> tuple[Votes, float | None, Change]:
         """Do as `observe` with what was described, labelled and drawn before.
@@ -201,9 +202,8 @@ class SaliencyLearner:
         It holds the view's description, not its images.
         """
         description = observation.description
-        counts = description.count(fit_labels(observation.segmentation.labels, description))
         sight = sight_of(description, observation.frame.T_world_camera)
-        return partial(self.error_of, description.rows, counts, sight)
+        return partial(self.error_of, description.rows, observation.counts, sight)
 
     def visit(self, frame: Frame, segmentation: Segmentation, n_pixels: int | None = None) -> Visit:
         """Describe a labelled frame and draw what it teaches, for `observe_again` and `fit`.

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame
-from curiosight.learner.description import Description, Saliency
+from curiosight.learner.description import Counts, Description, Saliency
 from curiosight.learner.experts import Change
 from curiosight.teacher import Segmentation
 
@@ -29,6 +29,7 @@ class Observation:
     """What one frame showed, was predicted to show, and taught.
 
     scores: (n,) float32 saliency of each row of `description`, before learning.
+    counts: (n,) salient and (n,) other pixels of each, by the segmentation.
     error: 1 - F1 between them and the segmentation (eq. 1); None where no pixel is salient.
     change: the trees that were grown anew.
     """
@@ -37,6 +38,7 @@ class Observation:
     segmentation: Segmentation
     description: Description
     scores: Votes
+    counts: tuple[Counts, Counts]
     error: float | None
     change: Change
 

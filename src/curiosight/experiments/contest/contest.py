@@ -47,8 +47,9 @@ def _check_source(source: str, dataset: Dataset, settings: ContestSettings) -> N
         name = "steps" if settings.seconds is None else "seconds"
         raise ValueError(f"{name}: expected more than the {change} looks before {source} changes")
     nothing = np.zeros((len(dataset), len(dataset)))
-    for spec in {settings.config_of(name).explorer.regions for name in settings.strategies}:
-        make_regions(spec or None, dataset.poses, dataset.ids, metres=nothing)
+    specs = {settings.config_of(name).explorer.regions for name in settings.strategies}
+    for spec in specs - {""}:  # which finds regions for any views
+        make_regions(spec, dataset.poses, dataset.ids, metres=nothing)
 
 
 def place_of(source: str) -> str:

@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.evaluation import HeldOut
-from curiosight.experiments.components import make_learner
+from curiosight.experiments.components import divide_views, make_learner
 from curiosight.experiments.contest.prepared import Phase, Prepared, Shown
-from curiosight.explorer import make_regions
 from curiosight.explorer.ground import LOOK_SECONDS
 from curiosight.explorer.outcome import Outcome, mean_uncertainty
 from curiosight.explorer.regions import Regions
@@ -26,8 +25,8 @@ Floats = npt.NDArray[np.float64]
 
 def views_in_regions(prepared: Prepared, config: Config) -> tuple[tuple[Viewpoint, ...], Regions]:
     """Return the views of a source, and the regions that the settings divide them into."""
-    regions = make_regions(
-        config.explorer.regions or None,
+    regions = divide_views(
+        config,
         prepared.poses,
         prepared.ids,
         metres=np.asarray(prepared.metres),

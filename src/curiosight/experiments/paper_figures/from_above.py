@@ -13,7 +13,8 @@ from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.experiments.components import choose_regions
 from curiosight.experiments.contest.prepared import Prepared
-from curiosight.explorer import Regions, make_regions
+from curiosight.experiments.contest.tour import views_in_regions
+from curiosight.explorer import Regions
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Pose
 
@@ -32,13 +33,7 @@ class ViewsFromAbove:
         """Return them with the regions that strategies choose among; prepared: if it could be."""
         if prepared is None:
             return cls(dataset.ids, dataset.poses, choose_regions(config, dataset), None)
-        regions = make_regions(
-            config.explorer.regions or None,
-            prepared.poses,
-            prepared.ids,
-            metres=np.asarray(prepared.metres),
-            up=prepared.up,
-        )
+        _, regions = views_in_regions(prepared, config)
         return cls(prepared.ids, prepared.poses, regions, prepared.up)
 
     @property
