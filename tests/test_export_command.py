@@ -27,7 +27,7 @@ def test_recording_becomes_an_rl_iac_folder(room: Path, tmp_path: Path, capsys: 
     assert facts == {"frames": 4, "regions": 4, "problems": {}, "out": str(out)}
     names = [f"{number:06d}{kind}" for number in (0, 2, 4, 6) for kind in ("", "_depth", "_GT")]
     images = {f"image_data/{name}.png" for name in names}
-    assert files(out) == {"input_region_map.dat", "camera.json"} | images
+    assert files(out) == {"input_region_map.dat", "region_map.dat", "camera.json"} | images
     assert opened(out).regions == (0, 1, 2, 3)
 
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from curiosight.errors import DataError
 from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.region_files import file_regions
 from curiosight.explorer.regions import (
-    file_regions,
     make_regions,
     pose_regions,
     time_regions,

@@ -13,7 +13,8 @@ from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset, GraphNode, RlIac, RlIacWriter
-from curiosight.experiments.components import choose_regions, survey_dataset
+from curiosight.experiments.components import survey_dataset
+from curiosight.experiments.dividing import choose_regions, region_graph
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import announce_compilation
@@ -41,8 +42,8 @@ def export(
     """Write a recording as an RL-IAC folder, which the program of the paper's authors reads.
 
     Writes image_data/ with x.png, x_depth.png (millimetres) and x_GT.png, input_region_map.dat,
-    camera.json, and region_map.dat where the source has a navigation graph. Ctrl-C ends it early
-    and keeps what is written.
+    camera.json, and region_map.dat where the source has a navigation graph or the ways between
+    its regions are known. Ctrl-C ends it early and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
     if every < 1:
@@ -77,5 +78,7 @@ def _divide(config: Config, dataset: Dataset) -> tuple[Sequence[int], Sequence[G
     """Return the region of each frame and the graph; an RL-IAC folder keeps its own."""
     if isinstance(dataset, RlIac) and not config.explorer.regions:
         return dataset.regions, dataset.graph
-    of_view = choose_regions(config, dataset, survey_dataset(config, dataset)).of_view
-    return of_view.tolist(), ()
+    survey = survey_dataset(config, dataset)
+    regions = choose_regions(config, dataset, survey)
+    graph = region_graph(config, dataset, regions, survey.up_world)
+    return regions.of_view.tolist(), graph

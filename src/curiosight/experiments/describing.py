@@ -10,7 +10,8 @@ import numpy as np
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Doubt, find_doubts
-from curiosight.experiments.components import choose_regions, survey_frames
+from curiosight.experiments.components import survey_frames
+from curiosight.experiments.dividing import choose_regions
 from curiosight.frame import Frame
 from curiosight.teacher import Survey
 

@@ -17,7 +17,6 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import (
-    choose_regions,
     choose_strategy,
     count_learned,
     load_learner,
@@ -29,6 +28,7 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.deciding import DecisionsFile
+from curiosight.experiments.dividing import choose_regions, graph_ways
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.problems import Lessons, Problems
@@ -121,7 +121,8 @@ class Exploration:
             self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
         training = self._choose_tests(test_source)
-        self.world = make_world(config, dataset, self.regions, training)
+        self._graph_ways = graph_ways(self.regions, dataset.poses)
+        self.world = make_world(config, dataset, self.regions, training, self._graph_ways)
         views = tuple(self.world.views)
         self._strategy = choose_strategy(config, views, strategy_rng, ways=self._seconds)
         self.world.upcoming = self._strategy.upcoming
@@ -165,6 +166,8 @@ class Exploration:
         self.world.close()
 
     def _seconds(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> npt.NDArray[np.float64]:
+        if self._graph_ways is not None:
+            return self._graph_ways(start, goals)
         return travel_seconds(*self.world.ways(start, goals))
 
     @property

@@ -36,7 +36,8 @@ class Coverage:
         return tally.go_to(self._first if is_first else tally.nearest(self._everywhere))
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
-        """Do nothing: the order does not depend on what is learned."""
+        """Note how long the way was; else the order does not depend on what is learned."""
+        self._tally.arrive(outcome.seconds)
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return ()

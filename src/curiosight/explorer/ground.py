@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.explorer.measured_ways import MeasuredWays
 from curiosight.frame import Viewpoint
 
 Floats = npt.NDArray[np.float64]
@@ -23,7 +24,8 @@ N_STARTS = 5
 class Ground:
     """Views by number, their regions, and the ways between them.
 
-    views: those in no region are left out. ways: None = not known, as if they took no time.
+    views: those in no region are left out. ways: as estimated, corrected by what `note_way`
+    is told; None = not known, as if they took no time.
     region_of: (n,) number of each view's region, from 0 without gaps. regions: their own numbers.
     """
 
@@ -36,6 +38,8 @@ class Ground:
         self.members = [np.flatnonzero(self.region_of == r) for r in range(len(self.regions))]
         self._number_of = {view.index: number for number, view in enumerate(self.views)}
         self.ways = ways
+        self._measured = MeasuredWays(self.n_regions)
+        # As estimated; what is measured comes on top.
         self._rows: dict[int, Floats] = {}
         self._blocks: dict[int, Floats] = {}
 
@@ -52,14 +56,34 @@ class Ground:
 
     def seconds_from(self, here: int | None) -> Floats:
         """Return the (n,) seconds from a view to all; 0 from nowhere, before the first look."""
-        if here is None or self.ways is None:
+        if here is None:
+            return np.zeros(len(self))
+        estimated = self._estimated_from(here)
+        if not self._measured.is_any:
+            return estimated
+        beyond = self._measured.beyond[self.region_of[here], self.region_of]
+        seconds: Floats = np.maximum(estimated + beyond, 0.0)
+        seconds[here] = estimated[here]  # to stay takes no time
+        return seconds
+
+    def _estimated_from(self, here: int) -> Floats:
+        if self.ways is None:
             return np.zeros(len(self))
         if here not in self._rows:
             self._rows[here] = self.ways(self.views[here], self.views)
         return self._rows[here]
 
+    def note_way(self, start: int, goal: int, seconds: float) -> None:
+        """Note how long the way from one view to another took; 0 = that is not known."""
+        if self.ways is None or start == goal or not seconds > 0:
+            return
+        row = self._rows.get(start)
+        one = self.ways(self.views[start], [self.views[goal]])[0] if row is None else row[goal]
+        regions = int(self.region_of[start]), int(self.region_of[goal])
+        self._measured.note(*regions, float(one), seconds)
+
     def among(self, region: int) -> Floats:
-        """Return the (m, m) seconds between the views of a region."""
+        """Return the (m, m) seconds between the views of a region, as estimated."""
         if region not in self._blocks:
             views = [self.views[number] for number in self.members[region]]
             if self.ways is None:
@@ -68,12 +92,25 @@ class Ground:
                 self._blocks[region] = np.stack([self.ways(start, views) for start in views])
         return self._blocks[region]
 
-    @cached_property
+    @property
     def between(self) -> Floats:
         """(n_regions, n_regions) seconds from region to region; 0 from one to itself.
 
         To the nearest view there, the mean over some views to start from.
         """
+        beyond = self._measured.beyond * ~np.eye(self.n_regions, dtype=bool)
+        return np.maximum(self._estimated_between + beyond, 0.0)
+
+    @property
+    def inside(self) -> Floats:
+        """(n_regions,) mean seconds from a view to the nearest other of its region."""
+        beyond = np.where(
+            [len(views) > 1 for views in self.members], self._measured.beyond.diagonal(), 0
+        )
+        return np.maximum(self._estimated_inside + beyond, 0.0)
+
+    @cached_property
+    def _estimated_between(self) -> Floats:
         seconds = np.zeros((self.n_regions, self.n_regions))
         for start in range(self.n_regions):
             ways = self._from_some(start)
@@ -82,8 +119,7 @@ class Ground:
         return seconds
 
     @cached_property
-    def inside(self) -> Floats:
-        """(n_regions,) mean seconds from a view to the nearest other of its region."""
+    def _estimated_inside(self) -> Floats:
         steps = np.zeros(self.n_regions)
         for region, members in enumerate(self.members):
             if len(members) > 1:
@@ -95,4 +131,4 @@ class Ground:
         """Return (k, n) seconds to all views from some of a region, spread over it."""
         members = self.members[region]
         spread = np.linspace(0, len(members) - 1, min(N_STARTS, len(members))).round()
-        return np.stack([self.seconds_from(int(start)) for start in members[spread.astype(int)]])
+        return np.stack([self._estimated_from(int(start)) for start in members[spread.astype(int)]])

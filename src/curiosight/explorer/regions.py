@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -13,9 +12,10 @@ import numpy.typing as npt
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
-from curiosight.datasets.listing import natural_key
-from curiosight.errors import DataError
+from curiosight.explorer.division import Regions as Regions
+from curiosight.explorer.division import numbered
 from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.region_files import file_regions
 from curiosight.frame import Pose
 
 PositionSplit = Literal["median", "midpoint"]
@@ -28,25 +28,10 @@ _N_SLICES = 5  # the paper's number for a recording without poses
 # Metres of way between two groups of views; rooms are told apart only where there are some.
 MAX_WAY, MIN_ROOMS = 7.0, 3
 _AUTO = r"auto(?::(\d{1,3}))?"
-_FORMS = "auto, auto:4, pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Regions:
-    """The region of every view, none of them empty.
-
-    of_view: (n_views,) int64 region numbers; -1 = in no region (a view without a pose, say).
-    names: what to call regions 0, 1, ... in logs and figures.
-    kind: the spec that makes them: "pose:2x2x4", "time:5", "file".
-    """
-
-    of_view: Ints
-    names: tuple[str, ...]
-    kind: str
-
-    @property
-    def n_regions(self) -> int:
-        return len(self.names)
+_FORMS = (
+    "auto, auto:4, pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines "
+    "or the authors' region map"
+)
 
 
 def make_regions(
@@ -62,7 +47,8 @@ def make_regions(
     """Make the regions that `spec` asks for.
 
     spec: "pose" (2x2 positions x 4 orientations), "pose:3x2x4", "time:5", "auto" (see
-        `way_regions`) or "auto:4" (each of those by as many headings), or the path of a file;
+        `way_regions`) or "auto:4" (each of those by as many headings), or the path of a file
+        (`file_regions`);
         None = "auto" where the ways are known and there are rooms to tell apart, else "pose"
         where at least half of the views have a pose and there are more of them than regions,
         else "time:5", with fewer slices where there are fewer frames.
@@ -88,7 +74,7 @@ def make_regions(
             above.headings, found.of_view, int(match[1]), orientation_split
         )
         pairs = zip(found.of_view, sectors, strict=True)
-        return _number([f"room {room} heading {sector}" for room, sector in pairs], spec or "")
+        return numbered([f"room {room} heading {sector}" for room, sector in pairs], spec or "")
     if spec is None:
         has_poses = 2 * n_posed >= len(poses) and n_posed > 2 * 2 * 4
         spec = "pose" if has_poses else f"time:{max(1, min(_N_SLICES, len(ids)))}"
@@ -151,7 +137,7 @@ def pose_regions(
     for view, cell, sector in zip(posed, cells, sectors, strict=True):
         x, y = divmod(int(cell), positions[1])
         labels[view] = f"x{x} y{y} heading {sector}"
-    return _number(labels, f"pose:{positions[0]}x{positions[1]}x{orientations}")
+    return numbered(labels, f"pose:{positions[0]}x{positions[1]}x{orientations}")
 
 
 def needs_ways(spec: str | None) -> bool:
@@ -184,38 +170,6 @@ def time_regions(n_views: int, n_regions: int) -> Regions:
     of_view = np.arange(n_views) * n_regions // n_views
     names = tuple(f"slice {number}" for number in range(n_regions))
     return Regions(of_view, names, f"time:{n_regions}")
-
-
-def file_regions(path: Path | str, ids: Sequence[str]) -> Regions:
-    """Read regions from lines `id,region`; frames that are not listed are in no region.
-
-    A region is any word: regions are numbered in the natural order of their names. Blank
-    lines and what follows a # are skipped. Raises DataError with the line's number for a
-    malformed line, an unknown id, or an id that is given two regions.
-    """
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        remedy = "write lines `id,region` in UTF-8"
-        raise DataError(path, f"cannot be read as text ({error})", remedy) from error
-    view_of_id = {id_: view for view, id_ in enumerate(ids)}
-    labels = [""] * len(ids)
-    for number, line in enumerate(lines, start=1):
-        text = line.partition("#")[0].strip()
-        if not text:
-            continue
-        id_, comma, region = (part.strip() for part in text.rpartition(","))
-        if not (id_ and comma and region):
-            raise DataError(path, f"line {number} is {line!r}", "write `id,region`")
-        if id_ not in view_of_id:
-            remedy = f"use the recording's ids, such as {ids[0]}" if ids else "it has no frames"
-            raise DataError(path, f"line {number} names the unknown frame {id_!r}", remedy)
-        if labels[view_of_id[id_]] not in ("", region):
-            raise DataError(path, f"line {number} gives {id_!r} two regions", "keep one of them")
-        labels[view_of_id[id_]] = region
-    if not any(labels):
-        raise DataError(path, "no frame is in any region", "write lines `id,region`")
-    return _number(labels, "file")
 
 
 def _position_cells(positions: Floats, n_cells: tuple[int, int], split: PositionSplit) -> Ints:
@@ -264,10 +218,3 @@ def _equal_widths(values: Floats, n_parts: int) -> Ints:
     """Cut the range of the values into parts of equal width."""
     cuts = np.linspace(values.min(), values.max(), n_parts + 1)[1:-1]
     return np.searchsorted(cuts, values, side="right")
-
-
-def _number(labels: Sequence[str], kind: str) -> Regions:
-    """Number the regions that occur, in natural order of their labels; "" = no region."""
-    names = sorted({label for label in labels if label}, key=natural_key)
-    number = {name: region for region, name in enumerate(names)} | {"": -1}
-    return Regions(np.array([number[label] for label in labels], np.int64), tuple(names), kind)

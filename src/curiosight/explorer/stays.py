@@ -138,6 +138,7 @@ class Stays:
         return draw_stay(self._pools[regions[choice.place]], self._n_stay, self._rng)
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
+        self._tally.arrive(outcome.seconds)
         self._motivation.add(viewpoint.region, outcome)
         if self._progress is not self._motivation:
             self._progress.add(viewpoint.region, outcome)

@@ -22,15 +22,21 @@ class Tally:
     def __init__(self, ground: Ground) -> None:
         self.ground = ground
         self.here: int | None = None
+        self._before: int | None = None
         self.n_seen = np.zeros(len(ground), np.int64)
         self.n_looks = np.zeros(ground.n_regions, np.int64)
 
     def go_to(self, number: int) -> Viewpoint:
         """Go to a view, count the look, return the view."""
-        self.here = number
+        self._before, self.here = self.here, number
         self.n_seen[number] += 1
         self.n_looks[self.ground.region_of[number]] += 1
         return self.ground.views[number]
+
+    def arrive(self, seconds: float) -> None:
+        """Note how long the way to here took: what is measured replaces what was estimated."""
+        if self._before is not None and self.here is not None:
+            self.ground.note_way(self._before, self.here, seconds)
 
     def nearest(self, among: Ints) -> int:
         """Return the nearest of some views that were not seen; else of those least often seen."""

@@ -13,6 +13,7 @@ from gymnasium.spaces import Box, Dict, Discrete
 
 from curiosight.config import Config, load_config
 from curiosight.experiments.contest.tour import Tour, views_in_regions
+from curiosight.experiments.dividing import graph_ways
 from curiosight.explorer.ground import LOOK_SECONDS, Ground
 from curiosight.gym.known import Known, Numbers
 from curiosight.gym.sources import prepared_source
@@ -98,8 +99,9 @@ class LookEnv(gymnasium.Env):  # type: ignore[misc]
         return self._observe(), reward, False, self._is_over, self._info()
 
     def _begin(self, rng: np.random.Generator) -> None:
-        self._tour = Tour(self._prepared, self._config, rng)
-        views, _ = views_in_regions(self._prepared, self._config)
+        views, regions = views_in_regions(self._prepared, self._config)
+        seconds = graph_ways(regions, self._prepared.poses)
+        self._tour = Tour(self._prepared, self._config, rng, seconds)
         self.ground = Ground(views, self._tour.ways)
         self._known = Known(self.ground, self._config)
 

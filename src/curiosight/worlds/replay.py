@@ -21,6 +21,7 @@ class ReplayWorld:
     regions: (len(dataset),) region of each frame, -1 = none; such as `Regions.of_view`.
     indices: the frames within reach, those kept for training, say; None = all.
     memory_mb: for decoded frames.
+    seconds: of the ways from a viewpoint to others, where a map tells them and poses do not.
     upcoming: may be set to a strategy's `upcoming`, so that frames are decoded ahead of use.
 
     Use as a context manager or call `close`.
@@ -33,6 +34,7 @@ class ReplayWorld:
         *,
         indices: Sequence[int] | None = None,
         memory_mb: float = 256,
+        seconds: Callable[[Viewpoint, Sequence[Viewpoint]], Floats] | None = None,
     ) -> None:
         if len(regions) != len(dataset):
             raise ValueError(
@@ -46,6 +48,7 @@ class ReplayWorld:
             for index in within_reach
         )
         self._prefetch = Prefetch(dataset, memory_mb=memory_mb)
+        self._seconds = seconds
         self._here: Viewpoint | None = None
         self.upcoming: Callable[[], Sequence[Viewpoint]] | None = None
 
@@ -55,11 +58,14 @@ class ReplayWorld:
 
     def move_to(self, viewpoint: Viewpoint) -> float:
         """Go to a frame's viewpoint; the way is a straight line between poses."""
-        before = None if self._here is None else self._here.T_world_camera
-        self._here = viewpoint
-        if before is None or viewpoint.T_world_camera is None:
+        start, self._here = self._here, viewpoint
+        if start is None:
             return 0.0
-        return travel_seconds(*travel(before, viewpoint.T_world_camera))
+        if self._seconds is not None:
+            return float(self._seconds(start, [viewpoint])[0])
+        if start.T_world_camera is None or viewpoint.T_world_camera is None:
+            return 0.0
+        return travel_seconds(*travel(start.T_world_camera, viewpoint.T_world_camera))
 
     def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
         """Return the (n,) metres and degrees of the ways to viewpoints: straight ones."""

@@ -13,6 +13,7 @@ from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
     GraphNode,
+    check_listed,
     read_graph,
     read_regions,
 )
@@ -30,6 +31,7 @@ class RlIac(Recording):
     """An RL-IAC folder, or its folder of images: x.png, x_depth.png, x_GT.png.
 
     regions: the region of each frame, all 0 where there is no table of them.
+    region_table: that table; None = there is none.
     graph: a node a region, empty where there is no navigation graph.
     """
 
@@ -57,7 +59,8 @@ class RlIac(Recording):
             for id, rgb in listed.items()
         ]
         remarks: list[str] = []
-        entries, self.regions = _keep_listed(entries, _table(path, REGION_FILE), remarks)
+        self.region_table = _table(path, REGION_FILE)
+        entries, self.regions = _keep_listed(entries, self.region_table, remarks)
         self.graph = _read_graph(_table(path, GRAPH_FILE), self.regions)
         if any(entry.ground_truth for entry in entries):
             remarks.append(
@@ -120,7 +123,5 @@ def _read_graph(table: Path | None, regions: Sequence[int]) -> tuple[GraphNode, 
     if table is None:
         return ()
     graph = read_graph(table)
-    if max(regions, default=0) >= len(graph):
-        found = f"lists {len(graph)} regions, but images are in region {max(regions)}"
-        raise DataError(table, found, f"add it, or correct {REGION_FILE}")
+    check_listed(table, graph, max(regions, default=0))
     return graph

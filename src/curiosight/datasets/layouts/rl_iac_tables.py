@@ -14,7 +14,7 @@ GRAPH_FILE = "region_map.dat"
 GRAPH_HEADER = "# region = [up, down, left, right, stay], [durations], [learner];"
 _LIST = r"\[([^][]*)\]"
 _NODE = re.compile(rf"(\d+)={_LIST},{_LIST},{_LIST};?")
-_REGION = re.compile(r"\[(.+)\]=(\d+);?")
+_REGION = re.compile(r"\[(.+)\]=(\d{1,9});?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,24 @@ class GraphNode:
             raise ValueError(f"node: expected numbers of 0 or more, got {self}")
 
 
+def is_region_table(path: Path) -> bool:
+    """Tell whether a file that can be read as text begins as a table of regions does."""
+    _, line = next(_lines(path), (0, ""))
+    return _REGION.fullmatch(line) is not None
+
+
+def read_region_lines(path: Path) -> Iterator[tuple[int, str, int]]:
+    """Yield of each line `[image_data/x.png] = region` its number, the path, and the region.
+
+    Paths are without blanks. Raises `DataError` for any other line.
+    """
+    for number, line in _lines(path):
+        match = _REGION.fullmatch(line)
+        if match is None:
+            raise _malformed(path, number, line, "expected: [image_data/x.png] = 0")
+        yield number, match[1], int(match[2])
+
+
 def read_regions(path: Path) -> dict[str, int]:
     """Read lines of `[image_data/x.png] = region`, as a map from file names to regions.
 
@@ -48,11 +66,8 @@ def read_regions(path: Path) -> dict[str, int]:
     image has two regions.
     """
     region_of_file: dict[str, int] = {}
-    for number, line in _lines(path):
-        match = _REGION.fullmatch(line)
-        if match is None:
-            raise _malformed(path, number, line, "expected: [image_data/x.png] = 0")
-        name, region = match[1].rpartition("/")[2], int(match[2])
+    for number, file, region in read_region_lines(path):
+        name = file.rpartition("/")[2]
         if region_of_file.setdefault(name, region) != region:
             raise DataError(path, f"line {number} gives {name} two regions", "keep one of them")
     return region_of_file
@@ -86,6 +101,18 @@ def read_graph(path: Path) -> tuple[GraphNode, ...]:
             found = f"region {region} leads to {max(node.neighbours)}, which is not listed"
             raise DataError(path, found, "give every region a line")
     return tuple(nodes)
+
+
+def check_listed(path: Path, graph: Sequence[GraphNode], last_region: int) -> None:
+    """Raise `DataError` where a graph lacks a region that images are in."""
+    if last_region >= len(graph):
+        found = f"lists {len(graph)} regions, but images are in region {last_region}"
+        raise DataError(path, found, f"add it, or correct {REGION_FILE}")
+
+
+def file_name(id: str) -> str:
+    """Make a name of an id that the authors' program keeps apart from its endings and tables."""
+    return re.sub(r"[._-]+(?=depth)|_+(?=GT)", "", re.sub(r"[^\w.-]", "_", id))
 
 
 def format_regions(region_of_file: Mapping[str, int]) -> str:

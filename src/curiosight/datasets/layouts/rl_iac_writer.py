@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from curiosight.datasets.layouts.rl_iac_tables import (
     GRAPH_FILE,
     REGION_FILE,
     GraphNode,
+    file_name,
     format_graph,
     format_regions,
 )
@@ -134,7 +134,7 @@ def write_rl_iac(
 
 def _file_names(ids: Sequence[str]) -> list[str]:
     """Make names of ids that the authors' program keeps apart from its endings and tables."""
-    names = [re.sub(r"[._-]+(?=depth)|_+(?=GT)", "", re.sub(r"[^\w.-]", "_", id)) for id in ids]
+    names = [file_name(id) for id in ids]
     if len(set(names)) < len(names):
         raise ValueError("dataset: expected ids that differ in letters, digits, '_', '.' and '-'")
     return names

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.layouts.rl_iac_tables import GRAPH_FILE, REGION_FILE
 from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
 from curiosight.files import replace_file
@@ -179,6 +180,9 @@ class Prepared:
         poses = np.load(folder / "poses.npy")
         self.poses: list[Pose | None] = [None if np.isnan(p).any() else p for p in poses]
         self.up: Floats | None = None if self.meta["up"] is None else np.array(self.meta["up"])
+        table = folder / REGION_FILE
+        # The source's own, of images that are called as in the source.
+        self.region_table: Path | None = table if table.is_file() else None
         self.phases = [
             Phase(
                 phase["first_look"],
@@ -194,6 +198,14 @@ class Prepared:
         """Return the (n,) metres and degrees of the ways to viewpoints."""
         to = [goal.index for goal in goals]
         return self.metres[start.index, to], self.degrees[start.index, to]
+
+
+def keep_tables(table: Path, folder: Path) -> None:
+    """Copy a source's table of regions, and the navigation graph beside it."""
+    for name in (REGION_FILE, GRAPH_FILE):
+        path = table.with_name(name)
+        if path.is_file():
+            replace_file(folder / name, path.read_bytes())
 
 
 def write_meta(folder: Path, meta: dict[str, Any]) -> None:

@@ -17,7 +17,6 @@ from curiosight.experiments.components import (
     heard,
     make_learner,
     make_teacher,
-    metres_between,
     survey_dataset,
 )
 from curiosight.experiments.contest.prepared import (
@@ -25,10 +24,12 @@ from curiosight.experiments.contest.prepared import (
     Prepared,
     Shown,
     ShownViews,
+    keep_tables,
     write_meta,
     write_tests,
 )
 from curiosight.experiments.contest.whole import whole_folder
+from curiosight.experiments.dividing import metres_between, own_region_table
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth, split_frames
 from curiosight.explorer.outcome import Seen
@@ -92,6 +93,9 @@ class Preparation:
         reachable, _ = self._split()
         phases = [self._write_phase(number, reachable) for number in range(self._n_phases)]
         self._write_ways(reachable)
+        table = own_region_table(self._dataset)
+        if table is not None:
+            keep_tables(table, self._folder)
         up = self._survey.up_world
         write_meta(
             self._folder,

@@ -12,6 +12,7 @@ from curiosight.config import Config
 from curiosight.experiments.components import choose_strategy
 from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.tour import Floats, Tour, views_in_regions
+from curiosight.experiments.dividing import graph_ways
 from curiosight.explorer import Strategy
 from curiosight.learner import SaliencyLearner
 
@@ -42,8 +43,9 @@ class Run:
     def __init__(self, prepared: Prepared, config: Config, seed: int) -> None:
         self._prepared = prepared
         learner_rng, strategy_rng = np.random.default_rng(seed).spawn(2)
-        self.tour = Tour(prepared, config, learner_rng)
         self.views, self.regions = views_in_regions(prepared, config)
+        seconds = graph_ways(self.regions, prepared.poses)
+        self.tour = Tour(prepared, config, learner_rng, seconds)
         self.strategy: Strategy = choose_strategy(
             config, self.views, strategy_rng, ways=self.tour.ways, trial=self.tour.trial
         )

@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.evaluation import HeldOut
-from curiosight.experiments.components import divide_views, make_learner
+from curiosight.experiments.components import make_learner
 from curiosight.experiments.contest.prepared import Phase, Prepared, Shown
-from curiosight.explorer.ground import LOOK_SECONDS
+from curiosight.experiments.dividing import divide_views
+from curiosight.explorer.ground import LOOK_SECONDS, Ways
 from curiosight.explorer.outcome import Outcome, mean_uncertainty
 from curiosight.explorer.regions import Regions
 from curiosight.frame import Viewpoint
@@ -31,6 +32,7 @@ def views_in_regions(prepared: Prepared, config: Config) -> tuple[tuple[Viewpoin
         prepared.ids,
         metres=np.asarray(prepared.metres),
         up=prepared.up,
+        own=prepared.region_table,
     )
     views = (
         Viewpoint(index, int(region), prepared.poses[index])
@@ -44,12 +46,20 @@ class Tour:
 
     Before each look call `enter_phase`, for the source may change there.
 
+    seconds: of the ways between views, where a map tells them and poses do not.
     n_looks, seconds, metres: so far. here: None before the first look.
     errors: of each measurement after how many looks, and 1 - F1 of each test frame that has one.
     """
 
-    def __init__(self, prepared: Prepared, config: Config, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        config: Config,
+        rng: np.random.Generator,
+        seconds: Ways | None = None,
+    ) -> None:
         self._prepared = prepared
+        self._seconds = seconds
         self.learner = make_learner(config, None, rng)
         self.n_looks = 0
         self.seconds = self.metres = 0.0
@@ -71,13 +81,15 @@ class Tour:
 
     def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> Floats:
         """Return the (n,) seconds of the ways from one view to others."""
+        if self._seconds is not None:
+            return self._seconds(start, goals)
         return travel_seconds(*self._prepared.ways(start, goals))
 
     def look(self, viewpoint: Viewpoint) -> Outcome:
         """Go to a view, look, and learn from its next visit."""
         start = self.here or viewpoint
-        way, turn = (one[0] for one in self._prepared.ways(start, [viewpoint]))
-        cost, self.here = float(travel_seconds(way, turn)), viewpoint
+        way, _ = (one[0] for one in self._prepared.ways(start, [viewpoint]))
+        cost, self.here = float(self.ways(start, [viewpoint])[0]), viewpoint
         self.n_looks += 1
         self.seconds += cost + LOOK_SECONDS
         self.metres += float(way)

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
-from curiosight.experiments.components import choose_regions
 from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.tour import views_in_regions
+from curiosight.experiments.dividing import choose_regions
 from curiosight.explorer import Regions
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Pose

@@ -1,0 +1,124 @@
+"""Divide what can be looked at into regions, and say how long the ways between them are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.distance import pdist, squareform
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset, GraphNode, RlIac
+from curiosight.experiments.components import make_world
+from curiosight.explorer import Regions, make_regions
+from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.ground import Ground
+from curiosight.explorer.navigation import RegionWays, make_graph
+from curiosight.explorer.regions import needs_ways
+from curiosight.frame import Pose, Viewpoint
+from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.teacher import Survey
+from curiosight.worlds.travel import travel_seconds
+
+Floats = npt.NDArray[np.float64]
+
+# Of so many views the ways between all are found.
+MOST_WAYS = 1500
+
+
+def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
+    """Divide a recording into regions as the settings ask, else as a table of its own says."""
+    is_by_ways = needs_ways(config.explorer.regions or None)
+    return divide_views(
+        config,
+        dataset.poses,
+        dataset.ids,
+        metres=metres_between(dataset, range(len(dataset))) if is_by_ways else None,
+        up=None if survey is None else survey.up_world,
+        own=own_region_table(dataset),
+    )
+
+
+def divide_views(
+    config: Config,
+    poses: Sequence[Pose | None],
+    ids: Sequence[str],
+    *,
+    metres: Floats | None,
+    up: npt.ArrayLike | None,
+    own: Path | None = None,
+) -> Regions:
+    """Divide views into regions as the settings ask; metres, up: see `make_regions`.
+
+    own: the table that says it where the settings do not.
+    """
+    return make_regions(
+        config.explorer.regions or (None if own is None else str(own)),
+        poses,
+        ids,
+        metres=metres,
+        position_split=config.explorer.position_split,
+        orientation_split=config.explorer.orientation_split,
+        up=up,
+    )
+
+
+def own_region_table(dataset: Dataset) -> Path | None:
+    """Return the table that divides a recording, where it has one that does."""
+    is_divided = isinstance(dataset, RlIac) and len(set(dataset.regions)) > 1
+    return dataset.region_table if isinstance(dataset, RlIac) and is_divided else None
+
+
+def metres_between(dataset: Dataset, indices: Sequence[int]) -> Floats | None:
+    """Return the (n, n) metres of the ways between views: around what stands, where that is known.
+
+    None without all poses, and of more than `MOST_WAYS` views, as that would take long.
+    """
+    poses = [dataset.poses[index] for index in indices]
+    known = [pose for pose in poses if pose is not None]
+    if len(known) < len(poses) or not 0 < len(poses) <= MOST_WAYS:
+        return None
+    places = np.stack(known)[:, :3, 3]
+    if not isinstance(dataset, DrawnViews):
+        straight: Floats = squareform(pdist(places))
+        return straight
+    ways = [dataset.free_space.ways(place, places[:, :2]) for place in places[:, :2]]
+    metres = np.array(ways)
+    return (metres + metres.T) / 2  # one way, there and back, but for rounding
+
+
+def graph_ways(regions: Regions, poses: Sequence[Pose | None]) -> RegionWays | None:
+    """Return the ways by a navigation graph, where there is one and no view has a pose."""
+    is_needed = regions.seconds is not None and all(pose is None for pose in poses)
+    return RegionWays(regions.seconds) if is_needed and regions.seconds is not None else None
+
+
+def region_graph(
+    config: Config, dataset: Dataset, regions: Regions, up: npt.ArrayLike | None
+) -> tuple[GraphNode, ...]:
+    """Return the navigation graph of a recording's regions; empty for one, or without ways.
+
+    By the ways between views where all that are in a region have poses, else by the graph that
+    came with the regions.
+    """
+    inside = np.flatnonzero(regions.of_view >= 0).tolist()
+    poses = [dataset.poses[view] for view in inside]
+    known = all(pose is not None for pose in poses)
+    if regions.n_regions < 2:
+        return ()
+    if not known and regions.seconds is not None:
+        nowhere = np.zeros((regions.n_regions, 2))
+        return make_graph(regions.seconds, regions.seconds.diagonal(), nowhere)
+    if not known:
+        return ()
+    with make_world(config, dataset, regions, inside) as world:
+
+        def seconds(start: Viewpoint, goals: Sequence[Viewpoint]) -> Floats:
+            return travel_seconds(*world.ways(start, goals))
+
+        ground = Ground(world.views, seconds)
+        above = seen_from_above(poses, up)
+        places = [above.positions[members].mean(axis=0) for members in ground.members]
+        return make_graph(ground.between, ground.inside, np.array(places))
