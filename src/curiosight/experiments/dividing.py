@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +10,23 @@ import numpy.typing as npt
 from scipy.spatial.distance import pdist, squareform
 
 from curiosight.config import Config
-from curiosight.datasets import Dataset, GraphNode, RlIac
+from curiosight.datasets import Dataset, GraphNode, Prefetch, RlIac
 from curiosight.experiments.components import make_world
 from curiosight.explorer import Regions, make_regions
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.explorer.ground import Ground
 from curiosight.explorer.navigation import RegionWays, make_graph
-from curiosight.explorer.regions import needs_ways
+from curiosight.explorer.regions import needs_places, needs_ways
 from curiosight.frame import Pose, Viewpoint
+from curiosight.learner.looks import look_of
+from curiosight.learner.places import NOWHERE, Places
+from curiosight.learner.sight import Sight
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import Survey
 from curiosight.worlds.travel import travel_seconds
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 # Of so many views the ways between all are found.
 MOST_WAYS = 1500
@@ -31,13 +35,15 @@ MOST_WAYS = 1500
 def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
     """Divide a recording into regions as the settings ask, else as a table of its own says."""
     is_by_ways = needs_ways(config.explorer.regions or None)
+    up = None if survey is None else survey.up_world
     return divide_views(
         config,
         dataset.poses,
         dataset.ids,
         metres=metres_between(dataset, range(len(dataset))) if is_by_ways else None,
-        up=None if survey is None else survey.up_world,
+        up=up,
         own=own_region_table(dataset),
+        sights=_sights(dataset, up),
     )
 
 
@@ -48,21 +54,43 @@ def divide_views(
     *,
     metres: Floats | None,
     up: npt.ArrayLike | None,
+    sights: Iterable[Sight | None],
     own: Path | None = None,
 ) -> Regions:
     """Divide views into regions as the settings ask; metres, up: see `make_regions`.
 
+    sights: of each view, None = of none; read only where regions are the learner's places.
     own: the table that says it where the settings do not.
     """
+    spec = config.explorer.regions or (None if own is None else str(own))
     return make_regions(
-        config.explorer.regions or (None if own is None else str(own)),
+        spec,
         poses,
         ids,
         metres=metres,
+        places=learner_places(config, sights) if needs_places(spec) else None,
         position_split=config.explorer.position_split,
         orientation_split=config.explorer.orientation_split,
         up=up,
     )
+
+
+def learner_places(config: Config, sights: Iterable[Sight | None]) -> Ints:
+    """Return the (n,) place that the learner tells each view to be of once it has seen all.
+
+    sights: of the views; one of None is of place -1.
+    """
+    places = Places(config.learner.max_places) if config.learner.max_places else Places()
+    spots = [NOWHERE if sight is None else places.add(sight) for sight in sights]
+    places.tell_apart()
+    return np.array([NOWHERE if spot < 0 else places.place_of_spot[spot] for spot in spots])
+
+
+def _sights(dataset: Dataset, up: npt.NDArray[np.float64] | None) -> Iterator[Sight | None]:
+    """Look from every view once; None of a bad frame."""
+    with Prefetch(dataset) as frames:
+        for frame in frames.in_order(range(len(dataset))):
+            yield None if frame.problem else Sight.of(frame, look_of(frame.rgb), up)
 
 
 def own_region_table(dataset: Dataset) -> Path | None:

@@ -27,10 +27,10 @@ _PAPER_GRID = "pose:2x2x4"
 _N_SLICES = 5  # the paper's number for a recording without poses
 # Metres of way between two groups of views; rooms are told apart only where there are some.
 MAX_WAY, MIN_ROOMS = 7.0, 3
-_AUTO = r"auto(?::(\d{1,3}))?"
+_ROOMS = r"(auto|places)(?::([1-9]\d{0,2}))?"
 _FORMS = (
-    "auto, auto:4, pose, pose:3x2x4, time:5, or the path of a file of `id,region` lines "
-    "or the authors' region map"
+    "auto, auto:4, places, places:4, pose, pose:3x2x4, time:5, or the path of a file of "
+    "`id,region` lines or the authors' region map"
 )
 
 
@@ -40,6 +40,7 @@ def make_regions(
     ids: Sequence[str],
     *,
     metres: Floats | None = None,
+    places: Ints | None = None,
     position_split: PositionSplit = "median",
     orientation_split: OrientationSplit = "count",
     up: npt.ArrayLike | None = None,
@@ -47,12 +48,13 @@ def make_regions(
     """Make the regions that `spec` asks for.
 
     spec: "pose" (2x2 positions x 4 orientations), "pose:3x2x4", "time:5", "auto" (see
-        `way_regions`) or "auto:4" (each of those by as many headings), or the path of a file
-        (`file_regions`);
+        `way_regions`) or "auto:4" (each of those by as many headings), "places" or "places:4"
+        likewise, or the path of a file (`file_regions`);
         None = "auto" where the ways are known and there are rooms to tell apart, else "pose"
         where at least half of the views have a pose and there are more of them than regions,
         else "time:5", with fewer slices where there are fewer frames.
     metres: (n_views, n_views) of the ways between views; None = not known.
+    places: (n_views,) the learner's place of each view, -1 = in none; None = not known.
     position_split, orientation_split, up: see `pose_regions`.
 
     Raises ValueError for any other spec, or poses asked for where there are none; DataError
@@ -63,18 +65,15 @@ def make_regions(
         found = way_regions(metres)
         if found.n_regions >= MIN_ROOMS:
             return found
-    if match := re.fullmatch(_AUTO, spec or ""):
-        if metres is None or n_posed < len(poses):
-            raise ValueError("regions: expected poses of all views for `auto`; use time:5")
-        found = way_regions(metres)
-        if not match[1]:
+    if match := re.fullmatch(_ROOMS, spec or ""):
+        kind, n_headings = match[1], match[2]
+        if n_posed < len(poses) and (kind == "auto" or n_headings):
+            raise ValueError(f"regions: expected poses of all views for `{spec}`; use time:5")
+        found = _rooms(kind, metres, places)
+        if not n_headings:
             return found
-        above = seen_from_above(poses, up)
-        sectors = _orientation_sectors(
-            above.headings, found.of_view, int(match[1]), orientation_split
-        )
-        pairs = zip(found.of_view, sectors, strict=True)
-        return numbered([f"room {room} heading {sector}" for room, sector in pairs], spec or "")
+        headings = seen_from_above(poses, up).headings
+        return _by_headings(found, headings, int(n_headings), orientation_split, spec or "")
     if spec is None:
         has_poses = 2 * n_posed >= len(poses) and n_posed > 2 * 2 * 4
         spec = "pose" if has_poses else f"time:{max(1, min(_N_SLICES, len(ids)))}"
@@ -142,7 +141,40 @@ def pose_regions(
 
 def needs_ways(spec: str | None) -> bool:
     """Tell whether regions of that spec are made of the ways between views."""
-    return spec is None or re.fullmatch(_AUTO, spec) is not None
+    return spec is None or _kind(spec) == "auto"
+
+
+def needs_places(spec: str | None) -> bool:
+    """Tell whether regions of that spec are the learner's places."""
+    return _kind(spec or "") == "places"
+
+
+def _kind(spec: str) -> str | None:
+    match = re.fullmatch(_ROOMS, spec)
+    return match[1] if match else None
+
+
+def _rooms(kind: str, metres: Floats | None, places: Ints | None) -> Regions:
+    """Return regions that are told apart by more than a grid."""
+    if kind == "auto":
+        if metres is None:
+            raise ValueError("regions: expected the ways between views for `auto`; use time:5")
+        return way_regions(metres)
+    if places is None or not (places >= 0).any():
+        raise ValueError("regions: expected views with a place for `places`; use time:5")
+    return numbered([f"place {place}" if place >= 0 else "" for place in places], kind)
+
+
+def _by_headings(
+    regions: Regions, headings: Floats, n_headings: int, split: OrientationSplit, kind: str
+) -> Regions:
+    """Divide each region by where views look; headings: (n_views,) radians."""
+    sectors = _orientation_sectors(headings, regions.of_view, n_headings, split)
+    labels = [
+        f"{regions.names[region]} heading {sector}" if region >= 0 else ""
+        for region, sector in zip(regions.of_view, sectors, strict=True)
+    ]
+    return numbered(labels, kind)
 
 
 def way_regions(metres: Floats) -> Regions:

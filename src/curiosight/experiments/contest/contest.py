@@ -46,10 +46,10 @@ def _check_source(source: str, dataset: Dataset, settings: ContestSettings) -> N
     if change is not None and settings.n_looks <= change:
         name = "steps" if settings.seconds is None else "seconds"
         raise ValueError(f"{name}: expected more than the {change} looks before {source} changes")
-    nothing = np.zeros((len(dataset), len(dataset)))
+    metres, places = np.zeros((len(dataset), len(dataset))), np.zeros(len(dataset), np.int64)
     specs = {settings.config_of(name).explorer.regions for name in settings.strategies}
     for spec in specs - {""}:  # which finds regions for any views
-        make_regions(spec, dataset.poses, dataset.ids, metres=nothing)
+        make_regions(spec, dataset.poses, dataset.ids, metres=metres, places=places)
 
 
 def place_of(source: str) -> str:

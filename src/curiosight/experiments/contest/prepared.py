@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -193,6 +193,12 @@ class Prepared:
             )
             for number, phase in enumerate(self.meta["phases"])
         ]
+
+    def sights(self) -> Iterator[Sight | None]:
+        """Yield what tells the place of each view, by its first visit before any change."""
+        shown = self.phases[0].shown
+        for index in range(len(self.ids)):
+            yield shown[index * self.n_visits].visit.lesson.sight
 
     def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
         """Return the (n,) metres and degrees of the ways to viewpoints."""

@@ -33,6 +33,7 @@ def views_in_regions(prepared: Prepared, config: Config) -> tuple[tuple[Viewpoin
         metres=np.asarray(prepared.metres),
         up=prepared.up,
         own=prepared.region_table,
+        sights=prepared.sights(),
     )
     views = (
         Viewpoint(index, int(region), prepared.poses[index])
