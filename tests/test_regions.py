@@ -199,7 +199,7 @@ def test_one_room_is_not_told_apart_from_others() -> None:
     ids = [f"{number}" for number in range(60)]
     assert make_regions(None, poses, ids, metres=metres).kind == "pose:2x2x4"
     assert make_regions("auto", poses, ids, metres=metres).n_regions <= 2
-    with pytest.raises(ValueError, match="regions: expected poses of all views for `auto`"):
+    with pytest.raises(ValueError, match="regions: expected the ways between views for `auto`"):
         make_regions("auto", poses, ids)
 
 
