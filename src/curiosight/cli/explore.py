@@ -59,9 +59,10 @@ def explore(
         str | None,
         typer.Option(
             help="Where to look for progress: auto = rooms, by the ways between views, auto:4 = "
-            "each by as many headings, places = as the learner tells rooms apart, pose = 2x2 "
-            "positions by 4 headings, pose:3x2x4 = another grid, time:5 = slices, or a file of "
-            "`id,region` lines or the authors' region map.",
+            "each by as many headings, growing = auto, split where progress differs inside, "
+            "places = as the learner tells rooms apart, pose = 2x2 positions by 4 headings, "
+            "pose:3x2x4 = another grid, time:5 = slices, or a file of `id,region` lines or the "
+            "authors' region map.",
             rich_help_panel=EXPLORING,
             show_default="auto where there are rooms, else pose, without poses time:5",
         ),

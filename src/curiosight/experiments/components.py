@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.explorer import Regions, Strategy, make_strategy
 from curiosight.explorer.ground import Ways
+from curiosight.explorer.living import Living
 from curiosight.explorer.oracle import Trial
+from curiosight.explorer.regions import is_living
 from curiosight.frame import Frame, Mount, Viewpoint
 from curiosight.learner.features import count_features
 from curiosight.learner.forest import Forest
@@ -286,12 +289,15 @@ def choose_strategy(
     ways: Ways | None = None,
     trial: Trial | None = None,
 ) -> Strategy:
-    """Return the strategy that the settings ask for; ways: see `Ground`; trial: see `Oracle`."""
+    """Return the strategy that the settings ask for; ways: see `Ground`; trial: see `Oracle`.
+
+    Where the regions live it is made anew as they change.
+    """
     settings = config.explorer
-    return make_strategy(
+    make = partial(
+        make_strategy,
         settings.strategy,
-        views,
-        rng,
+        rng=rng,
         ways=ways,
         trial=trial,
         random_over=settings.random_over,
@@ -307,3 +313,6 @@ def choose_strategy(
         negative=settings.negative,
         exponent=settings.exponent,
     )
+    if is_living(settings.regions):
+        return Living(lambda: views, make, ways=ways)
+    return make(views)

@@ -37,7 +37,7 @@ class Coverage:
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         """Note how long the way was; else the order does not depend on what is learned."""
-        self._tally.arrive(outcome.seconds)
+        self._tally.arrive(viewpoint, outcome.seconds)
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return ()

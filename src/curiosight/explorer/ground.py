@@ -46,6 +46,9 @@ class Ground:
     def __len__(self) -> int:
         return len(self.views)
 
+    def __contains__(self, viewpoint: Viewpoint) -> bool:
+        return viewpoint.index in self._number_of
+
     @property
     def n_regions(self) -> int:
         return len(self.regions)

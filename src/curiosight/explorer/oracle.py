@@ -68,7 +68,7 @@ class Oracle:
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         """Note how long the way was; else a trial tells all."""
-        self._tally.arrive(outcome.seconds)
+        self._tally.arrive(viewpoint, outcome.seconds)
 
     def upcoming(self) -> Sequence[Viewpoint]:
         return [self._tally.ground.views[number] for number in self._plan]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -27,10 +28,10 @@ _PAPER_GRID = "pose:2x2x4"
 _N_SLICES = 5  # the paper's number for a recording without poses
 # Metres of way between two groups of views; rooms are told apart only where there are some.
 MAX_WAY, MIN_ROOMS = 7.0, 3
-_ROOMS = r"(auto|places)(?::([1-9]\d{0,2}))?"
+_ROOMS = r"(auto|growing|places)(?::([1-9]\d{0,2}))?"
 _FORMS = (
-    "auto, auto:4, places, places:4, pose, pose:3x2x4, time:5, or the path of a file of "
-    "`id,region` lines or the authors' region map"
+    "auto, auto:4, growing, places, places:4, pose, pose:3x2x4, time:5, or the path of a file "
+    "of `id,region` lines or the authors' region map"
 )
 
 
@@ -49,10 +50,10 @@ def make_regions(
 
     spec: "pose" (2x2 positions x 4 orientations), "pose:3x2x4", "time:5", "auto" (see
         `way_regions`) or "auto:4" (each of those by as many headings), "places" or "places:4"
-        likewise, or the path of a file (`file_regions`);
-        None = "auto" where the ways are known and there are rooms to tell apart, else "pose"
-        where at least half of the views have a pose and there are more of them than regions,
-        else "time:5", with fewer slices where there are fewer frames.
+        likewise, "growing" = "auto" to begin with (see `Living`), or the path of a file
+        (`file_regions`); None = "auto" where the ways are known and there are rooms to tell
+        apart, else "pose" where at least half of the views have a pose and there are more of
+        them than regions, else "time:5", with fewer slices where there are fewer frames.
     metres: (n_views, n_views) of the ways between views; None = not known.
     places: (n_views,) the learner's place of each view, -1 = in none; None = not known.
     position_split, orientation_split, up: see `pose_regions`.
@@ -67,7 +68,7 @@ def make_regions(
             return found
     if match := re.fullmatch(_ROOMS, spec or ""):
         kind, n_headings = match[1], match[2]
-        if n_posed < len(poses) and (kind == "auto" or n_headings):
+        if n_posed < len(poses) and (kind != "places" or n_headings):
             raise ValueError(f"regions: expected poses of all views for `{spec}`; use time:5")
         found = _rooms(kind, metres, places)
         if not n_headings:
@@ -141,12 +142,17 @@ def pose_regions(
 
 def needs_ways(spec: str | None) -> bool:
     """Tell whether regions of that spec are made of the ways between views."""
-    return spec is None or _kind(spec) == "auto"
+    return spec is None or _kind(spec) in ("auto", "growing")
 
 
 def needs_places(spec: str | None) -> bool:
     """Tell whether regions of that spec are the learner's places."""
     return _kind(spec or "") == "places"
+
+
+def is_living(spec: str | None) -> bool:
+    """Tell whether regions of that spec change during a run, see `Living`."""
+    return _kind(spec or "") == "growing"
 
 
 def _kind(spec: str) -> str | None:
@@ -156,10 +162,10 @@ def _kind(spec: str) -> str | None:
 
 def _rooms(kind: str, metres: Floats | None, places: Ints | None) -> Regions:
     """Return regions that are told apart by more than a grid."""
-    if kind == "auto":
+    if kind != "places":
         if metres is None:
-            raise ValueError("regions: expected the ways between views for `auto`; use time:5")
-        return way_regions(metres)
+            raise ValueError(f"regions: expected the ways between views for `{kind}`; use time:5")
+        return replace(way_regions(metres), kind=kind)
     if places is None or not (places >= 0).any():
         raise ValueError("regions: expected views with a place for `places`; use time:5")
     return numbered([f"place {place}" if place >= 0 else "" for place in places], kind)

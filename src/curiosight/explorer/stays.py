@@ -109,14 +109,28 @@ class Stays:
         self._inside = inside
         self._progress = progress or Progress(ProgressMeter())
         self._decision: Decision | None = None
+        self._n_warm_up = n_warm_up
+        self._first: deque[Viewpoint] = deque()
         self._plan: deque[Viewpoint] = deque()
         for region in rng.permutation(list(self._pools)):
-            self._plan.extend(draw_stay(self._pools[region], n_warm_up, rng))
+            self._first.extend(draw_stay(self._pools[region], n_warm_up, rng))
 
     def choose(self) -> Viewpoint:
+        # Where others have looked that often it need not be visited first.
+        while self._first and self._n_looks_beside(self._first[0]) >= self._n_warm_up:
+            self._first.popleft()
+        if self._first:
+            return self._go_to(self._first.popleft())
         if not self._plan:
             self._plan.extend(self._next_stay())
-        return self._tally.go_to(self._tally.ground.number_of(self._plan.popleft()))
+        return self._go_to(self._plan.popleft())
+
+    def _go_to(self, viewpoint: Viewpoint) -> Viewpoint:
+        return self._tally.go_to(self._tally.ground.number_of(viewpoint))
+
+    def _n_looks_beside(self, viewpoint: Viewpoint) -> int:
+        ground = self._tally.ground
+        return int(self._tally.n_looks[ground.region_of[ground.number_of(viewpoint)]])
 
     def _next_stay(self) -> list[Viewpoint]:
         """Decide where to go, and which views to look at there."""
@@ -138,13 +152,13 @@ class Stays:
         return draw_stay(self._pools[regions[choice.place]], self._n_stay, self._rng)
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
-        self._tally.arrive(outcome.seconds)
+        self._tally.arrive(viewpoint, outcome.seconds)
         self._motivation.add(viewpoint.region, outcome)
         if self._progress is not self._motivation:
             self._progress.add(viewpoint.region, outcome)
 
     def upcoming(self) -> Sequence[Viewpoint]:
-        return list(self._plan)[:N_AHEAD]
+        return [*self._first, *self._plan][:N_AHEAD]
 
     def progress_of(self, region: int) -> float | None:
         return self._progress.interest(region)

@@ -23,20 +23,31 @@ class Tally:
         self.ground = ground
         self.here: int | None = None
         self._before: int | None = None
+        self._is_expected = False
         self.n_seen = np.zeros(len(ground), np.int64)
         self.n_looks = np.zeros(ground.n_regions, np.int64)
 
     def go_to(self, number: int) -> Viewpoint:
         """Go to a view, count the look, return the view."""
         self._before, self.here = self.here, number
+        self._is_expected = True
         self.n_seen[number] += 1
         self.n_looks[self.ground.region_of[number]] += 1
         return self.ground.views[number]
 
-    def arrive(self, seconds: float) -> None:
-        """Note how long the way to here took: what is measured replaces what was estimated."""
-        if self._before is not None and self.here is not None:
-            self.ground.note_way(self._before, self.here, seconds)
+    def arrive(self, viewpoint: Viewpoint, seconds: float) -> None:
+        """Take note of a look: how long the way there took replaces what was estimated.
+
+        One that nobody went to by `go_to` is counted now: somebody else chose it.
+        """
+        if viewpoint not in self.ground:
+            return
+        number = self.ground.number_of(viewpoint)
+        if not self._is_expected or number != self.here:
+            self.go_to(number)
+        self._is_expected = False
+        if self._before is not None:
+            self.ground.note_way(self._before, number, seconds)
 
     def nearest(self, among: Ints) -> int:
         """Return the nearest of some views that were not seen; else of those least often seen."""
