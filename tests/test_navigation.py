@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from command import refusal, succeed
@@ -108,6 +108,7 @@ def test_bad_maps_and_graphs_name_what_is_wrong(
         make_regions(str(map_file(tmp_path, lines, graph)), [None, None], ("x", "y"))
 
 
+@settings(max_examples=60, deadline=None)
 @given(st.integers(2, 24), st.integers(0, 1000))
 def test_every_region_can_be_reached_on_a_graph_that_is_made(n_regions: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curiosight.errors import DataError
@@ -113,6 +113,7 @@ def test_empty_regions_are_left_out() -> None:
     assert regions.names == ("x0 y0 heading 0", "x1 y1 heading 0")
 
 
+@settings(deadline=None)
 @given(st.integers(1, 60), st.integers(1, 3), st.integers(1, 3), st.integers(1, 5), st.data())
 def test_every_posed_view_is_in_a_region_and_none_is_empty(
     n_views: int, n_x: int, n_y: int, n_orientations: int, data: st.DataObject
