@@ -81,7 +81,7 @@ def test_region_map_of_the_authors_is_a_file_of_regions(tmp_path: Path) -> None:
     assert (regions.names, regions.kind) == (("0", "2"), "file")
     # From 0 to 2 through region 1, which none of the frames is in.
     np.testing.assert_array_equal(regions.seconds, [[4, 24], [24, 4]])
-    alone = map_file(tmp_path / "alone", lines, graph=None)
+    alone = map_file(tmp_path / "alone", "\ufeff" + lines, graph=None)
     assert make_regions(str(alone), [None] * 5, ids).seconds is None
 
 

@@ -107,8 +107,8 @@ class ForestConfig:
 
 @dataclass(frozen=True, slots=True)
 class ExplorerConfig:
-    """Where to look (sec. II-B). regions: "" = auto where there are rooms, else
-    pose where there are poses, else time:5.
+    """Where to look (sec. II-B). regions: "" = as the recording's own table says, else auto
+    where there are rooms, else pose where there are poses, else time:5.
 
     strategy: see docs/strategies.md. progress: of the errors as they were made, "forward", or of
     a few kept frames that are scored again after every look, "backward", which takes time.

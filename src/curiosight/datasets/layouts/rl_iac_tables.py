@@ -137,7 +137,7 @@ def format_graph(nodes: Sequence[GraphNode]) -> str:
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield line numbers and lines without blanks; a # anywhere makes a line a comment."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(path, f"cannot be read as text ({error})", "replace the file") from None
     for number, line in enumerate(lines, start=1):
