@@ -150,7 +150,24 @@ class ReferenceBuffer:
         self.groups = np.concatenate([self.groups, np.full(len(rows), group, np.int32)])
         n_evicted = len(self.rows) - self.max_samples
         if n_evicted > 0:
-            is_kept = np.ones(len(self.rows), bool)
-            is_kept[rng.choice(len(self.rows), n_evicted, replace=False)] = False
+            is_kept = self._kept(rng.random(len(self.rows)))
             self.rows, self.is_salient = self.rows[is_kept], self.is_salient[is_kept]
             self.groups = self.groups[is_kept]
+
+    def _kept(self, chances):
+        """Lower what the largest groups keep until all fits; draw who leaves one after the other."""
+        sizes = {group: int(np.sum(self.groups == group)) for group in set(self.groups.tolist())}
+        kept = dict(sizes)
+        while sum(kept.values()) > self.max_samples:
+            # Of the largest the one that has fewest samples to begin with, then the first, gives up.
+            most = max(kept.values())
+            loser = min((sizes[g], g) for g in kept if kept[g] == most)[1]
+            kept[loser] -= 1
+        left, leaving = dict(sizes), {group: sizes[group] - kept[group] for group in sizes}
+        is_kept = np.ones(len(self.groups), bool)
+        for index, group in enumerate(self.groups.tolist()):
+            if chances[index] * left[group] < leaving[group]:
+                is_kept[index] = False
+                leaving[group] -= 1
+            left[group] -= 1
+        return is_kept

@@ -223,12 +223,22 @@ def test_buffer_never_exceeds_its_cap(sizes, max_samples):
     assert len(forest.rows) == len(forest.is_salient) == len(forest.groups) == forest.n_samples
 
 
-def test_eviction_is_uniform_over_old_and_new_samples():
+def test_eviction_is_uniform_over_old_and_new_samples_of_a_group():
     forest = make_forest(max_samples=1000, max_depth=0)
     rng = np.random.default_rng(8)
-    for group in range(2):
-        forest.update(*make_samples(rng, 1000), group)
-    assert abs(np.mean(forest.groups) - 0.5) < 0.06
+    for value in range(2):
+        forest.update(np.full((1000, 6), value, np.uint8), rng.random(1000) < 0.5)
+    assert abs(np.mean(forest.rows) - 0.5) < 0.06
+
+
+def test_a_group_keeps_its_room_however_much_comes_after_it():
+    forest = make_forest(max_samples=1000, max_depth=0)
+    rng = np.random.default_rng(8)
+    for group, size in ((0, 400), (1, 100), (2, 5000), (2, 5000)):
+        forest.update(*make_samples(rng, size), group)
+    np.testing.assert_array_equal(np.bincount(forest.groups), [400, 100, 500])
+    forest.update(*make_samples(rng, 5000), 3)
+    np.testing.assert_array_equal(np.bincount(forest.groups), [300, 100, 300, 300])
 
 
 def test_samples_keep_their_label_and_group():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 import numpy.typing as npt
@@ -21,13 +22,17 @@ Ints = npt.NDArray[np.int64]
 
 # Views farther than so many seconds of way see other surfaces.
 REACH_SECONDS = 16.0
-# What later looks in a region bring: c and p of `ProgressRate`.
-HALF, POWER = 15.0, 1.5
+# After so many looks in a region another brings half.
+HALF = 15.0
+# Regions that show things in so many of their views are worth as much as any.
+ENOUGH_SHOW = 0.2
 # Regions that promise so much of the best are gone to; one that promises less is left after some
 # looks.
-ENOUGH, LEFT_BELOW, N_TRIED = 0.6, 0.12, 5
+ENOUGH, LEFT_BELOW, N_TRIED = 0.7, 0.12, 5
+# A stay takes so many times as long as the way to the next is longer than one inside.
+STAY_PER_WAY = 5.0
 # Seconds that make a near view no better than a good one.
-PATIENCE = 2.0
+PATIENCE = 1.0
 # Through more views than this no path is planned, which would take too long.
 MOST_PLANNED = 200
 
@@ -37,14 +42,15 @@ class ProgressRate:
 
     What a look in region r is expected to bring is
 
-        progress(r) = share(r) learnability(r) (c / (c + looks(r)))^p,
+        progress(r) = shows(r) learnability(r) 2^(-looks(r) / 15),
 
-    share(r): of its views, those that show things at all; learnability(r): see there; and the
-    first looks bring most. Stays are of `n_stay` looks, or end where another region promises so
-    much more that the way pays. Then comes the nearest of the regions that promise nearly as much
-    as the best. Inside a region the path is planned that takes in the most value per second: what
-    would be new in view, things above all (`Worth`), with near views taken in on the way. A region
-    that shows no progress is left, and one that has changed is new again.
+    shows(r): whether its views show things at all; learnability(r): see there. A stay pays off
+    the way: it lasts five times as long as that to where it goes on is longer than one inside, so
+    that regions far apart are looked at thoroughly and near ones in turn; and `n_stay` looks at
+    most. Then comes the nearest of the regions that promise nearly as much as the best. Inside a
+    region the path is planned that takes in the most value per second: what would be new in view,
+    things above all (`Worth`), with near views taken in on the way. A region that shows no
+    progress is left, and one that has changed is new again.
 
     views, ways: see `Ground`. The first view is drawn. n_stay: looks of a stay, at most.
     """
@@ -71,22 +77,35 @@ class ProgressRate:
         self._n_seen = np.zeros(len(ground))
         self._n_looks = np.zeros(ground.n_regions)
         self._fresh, self._shows = self._worth.of(self._outlook, np.arange(len(ground)))
-        self._region, self._n_stay, self._n_stayed = -1, n_stay, 0
+        self._region, self._n_stay, self._n_stayed, self._n_ahead = -1, n_stay, 0, n_stay
+        self._n_inside, self._inside_seconds = 0, 0.0
         self._decision: Decision | None = None
 
     def choose(self) -> Viewpoint:
         if self._tally.here is None:
             self._region = int(self._ground.region_of[self._first])
             return self._tally.go_to(self._first)
-        progress = self.progress()
-        others = np.delete(progress, self._region)
-        is_poor = progress[self._region] < LEFT_BELOW * others.max(initial=0.0)
-        if self._n_stayed >= (N_TRIED if is_poor else self._n_stay):
-            self._leave(progress)
+        if self._ground.n_regions > 1:
+            self._stay_or_leave()
         return self._tally.go_to(self._next_view())
 
+    def _stay_or_leave(self) -> None:
+        """Go to the nearest region that promises enough, once the stay has paid off that way."""
+        progress, ways = self.progress(), self._tally.seconds_to_regions()
+        elsewhere = np.where(np.arange(len(progress)) == self._region, -1.0, progress)
+        enough = np.flatnonzero(elsewhere >= ENOUGH * elsewhere.max())
+        goal = int(enough[np.argmin(ways[enough])])
+        inside = self._inside_seconds / max(1, self._n_inside)
+        pays_off = ceil(STAY_PER_WAY * (ways[goal] - inside) / (inside + LOOK_SECONDS))
+        n_looks = min(self._n_stay, max(1, pays_off))
+        if progress[self._region] < LEFT_BELOW * elsewhere.max():
+            n_looks = min(n_looks, N_TRIED)
+        self._n_ahead = n_looks - self._n_stayed
+        if self._n_ahead <= 0:
+            self._leave(goal, enough, progress, ways)
+
     def _next_view(self) -> int:
-        """Return the first view of a path through the region, or of a large one just the best."""
+        """Return the first view of a path for the looks ahead, or of a large region the best."""
         ground, members = self._ground, self._ground.members[self._region]
         values = self._fresh[members] * self._worth.again ** self._n_seen[members]
         to = ground.seconds_from(self._tally.here)[members]
@@ -97,45 +116,44 @@ class ProgressRate:
             to,
             ground.among(self._region),
             lambda number: self._alikeness.between(members, int(members[number])),
-            n_looks=self._n_stay - self._n_stayed,
+            n_looks=self._n_ahead,
             patience=PATIENCE,
         )
         return int(members[path[0]])
 
-    def _leave(self, progress: Floats) -> None:
-        """Go to the nearest region that promises enough, and keep why; not to this if any does."""
-        ways = self._tally.seconds_to_regions()
-        enough = np.flatnonzero(progress >= ENOUGH * progress.max())
-        elsewhere = enough[enough != self._region]
-        enough = elsewhere if len(elsewhere) else enough
-        chosen = int(enough[np.argmin(ways[enough])])
+    def _leave(self, goal: int, enough: Ints, progress: Floats, ways: Floats) -> None:
+        """Go to another region, and keep why."""
         nearness = np.zeros(len(ways))
         nearness[enough] = 1 / (ways[enough] + LOOK_SECONDS)
-        news = "" if self._n_looks[chosen] else ", where nothing is known yet"
+        news = "" if self._n_looks[goal] else ", where nothing is known yet"
         self._decision = Decision.among(
             self._ground.regions,
             progress,
             ways,
             nearness,
-            chosen=self._ground.regions[chosen],
+            chosen=self._ground.regions[goal],
             text=f"nearest of {len(enough)} that promise at least {ENOUGH:g} of the best{news}",
         )
-        self._region, self._n_stayed = chosen, 0
+        self._region, self._n_stayed, self._n_ahead = goal, 0, self._n_stay
 
     def progress(self) -> Floats:
         """Return (n_regions,) of what a look is expected to bring, beside 1 in a new one."""
         ground = self._ground
         share = np.bincount(ground.region_of, self._shows) / np.bincount(ground.region_of)
-        early = (HALF / (HALF + self._n_looks)) ** POWER
-        expected: Floats = share * self._learnability.of_regions() * early
+        shows = np.minimum(1, share / ENOUGH_SHOW)
+        expected: Floats = shows * self._learnability.of_regions() * 2 ** (-self._n_looks / HALF)
         return expected
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
+        self._tally.arrive(viewpoint, outcome.seconds)
         number = self._ground.number_of(viewpoint)
-        region = int(self._ground.region_of[number])
+        region = self._region = int(self._ground.region_of[number])
         self._n_seen[number] += 1
         self._n_looks[region] += 1
         self._n_stayed += 1
+        if self._n_stayed > 1:
+            self._n_inside += 1
+            self._inside_seconds += outcome.seconds
         self._learnability.add(region, outcome.error)
         if outcome.has_changed:
             self._forget(region)

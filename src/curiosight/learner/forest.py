@@ -38,7 +38,8 @@ class Forest:
     each on another `share` of the buffer. Inside a tree both classes weigh the same, however
     rare one is: 0.5 means that a row is equally typical of both.
 
-    max_samples: size of the buffer; beyond it uniformly random samples leave, new or old.
+    max_samples: size of the buffer; beyond it random samples leave, new or old, of those groups
+        that have most.
     min_split: a node of fewer samples is a leaf; so are pure nodes and those at `max_depth`.
     n_split_features: how many random features a split chooses from; None = all.
     leaf_share: a node of less than this share of what a tree draws is a leaf, too: the more is
@@ -157,7 +158,8 @@ class Forest:
         """Add (n, F) rows with (n,) labels, regrow some trees and return their indices.
 
         All trees grow as soon as both classes have been seen, none before, and none if there
-        are no rows. `group` is kept with the samples, one number for all or (n,).
+        are no rows. `group` is kept with the samples: one number for all or (n,); none has more
+        room in the buffer than another.
         """
         new = self._check_samples(rows, is_salient, group)
         if len(rows) == 0:
@@ -200,8 +202,8 @@ class Forest:
     ) -> tuple[int, ...]:
         """Forget everything, then grow all trees on these samples: the off-line model.
 
-        Of more than `max_samples` rows a uniformly random choice is kept. `max_rows` limits no
-        tree here: nothing waits for it.
+        Of more than `max_samples` rows a random choice is kept, of each group as many as of
+        others that have them. `max_rows` limits no tree here: nothing waits for it.
         """
         new = self._check_samples(rows, is_salient, group)
         nothing = Samples.none(self.n_features)

@@ -14,6 +14,7 @@ from curiosight.learner.forest_draws import (
     count_rows,
     draw_rows,
     draw_samples,
+    draw_some,
     find_free,
     find_runs,
     put_rows,
@@ -96,17 +97,18 @@ class Samples(NamedTuple):
         max_samples: int,
         rng: np.random.Generator,
     ) -> Self:
-        """Return these samples and more, without the random ones that are too many, new or old.
+        """Return these samples and more, without those that are too many.
+
+        Random ones leave, new or old, of those groups that have most, so that no group takes the
+        room of others because it came later.
 
         rows: (n, F); equal ones come side by side, so that they share a place.
         """
         order = np.argsort(rows.view((np.void, rows.shape[1])).ravel(), kind="stable")
         n_old = len(self.places)
-        n_samples = n_old + len(rows)
-        n_evicted = max(0, n_samples - max_samples)
-        if n_evicted == 0:
+        if n_old + len(rows) <= max_samples:
             return self._appended(rows[order], is_salient[order], groups[order])
-        evicted = rng.choice(n_samples, n_evicted, replace=False)
+        evicted = _too_many(np.concatenate([self.groups, groups[order]]), max_samples, rng)
         order = np.delete(order, evicted[evicted >= n_old] - n_old)
         left = evicted[evicted < n_old]
         return self._appended(rows[order], is_salient[order], groups[order], left)
@@ -149,3 +151,23 @@ class Samples(NamedTuple):
         table[:n_places], keys[:n_places] = self.table, self.keys
         new = np.arange(n_places, n_places + n_missing, dtype=np.int32)
         return table, keys, np.concatenate([free, new])
+
+
+def _too_many(groups: Indices, n_kept: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """Return which samples of (n,) groups leave, so that so many stay."""
+    numbers = np.unique(groups)
+    of_sample = np.searchsorted(numbers, groups)
+    n_members = np.bincount(of_sample, minlength=len(numbers))
+    n_leaving = n_members - fair_shares(n_members, n_kept)
+    return np.flatnonzero(draw_some(of_sample, n_members, n_leaving, rng.random(len(groups))))
+
+
+def fair_shares(wanted: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
+    """Divide `n` among those who want so many each: nobody gets more than another, but less."""
+    order = np.argsort(wanted, kind="stable")
+    shares = np.empty_like(wanted)
+    left = n
+    for rank, number in enumerate(order.tolist()):
+        shares[number] = min(wanted[number], left // (len(order) - rank))
+        left -= int(shares[number])
+    return shares

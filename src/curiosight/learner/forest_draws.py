@@ -52,6 +52,27 @@ def find_free(places: Indices, n_places: int, n_wanted: int) -> Indices:
 
 
 @kernel
+def draw_some(
+    groups: npt.NDArray[np.int64],
+    n_members: npt.NDArray[np.int64],
+    n_drawn: npt.NDArray[np.int64],
+    chances: npt.NDArray[np.float64],
+) -> Labels:
+    """Draw so many members of each group, all as likely (Knuth's algorithm S); return (n,) who.
+
+    groups: (n,) each one's. n_members, n_drawn: (n_groups,). chances: (n,) in [0, 1).
+    """
+    drawn = np.zeros(len(groups), np.bool_)
+    n_left, n_wanted = n_members.copy(), n_drawn.copy()
+    for index, group in enumerate(groups):
+        if chances[index] * n_left[group] < n_wanted[group]:
+            drawn[index] = True
+            n_wanted[group] -= 1
+        n_left[group] -= 1
+    return drawn
+
+
+@kernel
 def find_runs(rows: Rows) -> Indices:
     """Number the (n,) runs of equal rows that follow each other: 0, 0, 1, ..."""
     numbers, number = np.zeros(rows.shape[0], np.int32), 0
