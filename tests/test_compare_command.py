@@ -4,25 +4,30 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from command import files, refusal, succeed
+from curiosight.cli import compare
 from curiosight.cli.app import run
 from curiosight.config import load_config
-from curiosight.experiments.contest.backends import make_workers
+from curiosight.errors import DataError
+from curiosight.experiments import output
 from curiosight.experiments.contest.contest import Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings
-from curiosight.experiments.contest.tasks import RunTask
+from curiosight.experiments.contest.sole_writer import LOCK, sole_writer
 
 Capsys = pytest.CaptureFixture[str]
 N_LOOKS = 6
@@ -171,6 +176,43 @@ def test_there_must_be_something_to_resume(tmp_path: Path, capsys: Capsys) -> No
     assert "has no compare.toml to go on with" in line
 
 
+def test_folder_that_another_writes_is_left_to_it(copied: Path, capsys: Capsys) -> None:
+    with sole_writer(copied):
+        before = files(copied)
+        line = refusal(capsys, "compare", "--out", copied, "--resume")
+        assert f"is being written by another compare, process {os.getpid()}" in line
+        assert files(copied) == before
+
+
+def test_folder_that_another_has_begun_meanwhile_is_left_to_it(copied: Path) -> None:
+    contest = Contest(Contest.resumed(copied).settings, copied)
+    before = files(copied)
+    with pytest.raises(DataError, match="has become another compare's"), contest.begun():
+        pass
+    assert files(copied) == before
+
+
+def test_two_begun_in_the_same_second_have_folders_of_their_own(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(output, "datetime", Midnight)
+    taken = Path("runs") / f"compare-{Midnight.now():%Y%m%d-%H%M%S}"
+    monkeypatch.setattr(compare, "check_settings", lambda _: taken.mkdir(parents=True))
+    monkeypatch.setattr(compare, "_follow", lambda *given: setattr(given[-1], "status", 130))
+    assert run(arguments(room)) == 130
+    assert list(taken.iterdir()) == []
+    assert files(taken.with_name(f"{taken.name}-2")) == {"compare.toml"}
+
+
+class Midnight:
+    """A clock that stands."""
+
+    @staticmethod
+    def now() -> datetime:
+        return datetime(2026, 1, 1)
+
+
 def test_home_must_change_before_a_run_is_over(tmp_path: Path, capsys: Capsys) -> None:
     home = "home:3,rooms=1,views=2,change=9:lights=1"
     line = refusal(capsys, "compare", home, "--steps", 9, "--out", tmp_path / "out")
@@ -221,6 +263,7 @@ def test_killed_contest_is_resumed_with_the_same_bytes(
     process.kill()
     process.wait()
     assert 1 <= len(runs_of(unfinished)) < 4
+    assert (unfinished / LOCK).exists()
     succeed(capsys, "compare", "--out", unfinished, "--resume", "--workers", 1)
     assert without_times(unfinished) == without_times(contest)
 
@@ -238,28 +281,38 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
 
 
 def test_ray_makes_the_same_bytes_though_a_worker_is_killed(
-    unfinished: Path, contest: Path
+    unfinished: Path, contest: Path, room: Path, capsys: Capsys
 ) -> None:
-    ray = pytest.importorskip("ray")
-    unfinished_contest = Contest.resumed(unfinished)
-    workers = make_workers("ray", n_workers=1)
-    try:
-        killed = False
-        for task in unfinished_contest.finished(workers, lambda: False):
-            assert isinstance(task, RunTask)
-            if not killed:
-                killed = kill_worker(ray)
-        assert killed
-    finally:
-        workers.close()
-    made, expected = without_times(unfinished), without_times(contest)
-    runs = {name for name in expected if name.startswith("runs/")}
-    assert {name: made[name] for name in runs} == {name: expected[name] for name in runs}
+    pytest.importorskip("ray")
+    killed: list[int] = []
+    killer = threading.Thread(target=kill_worker, args=(unfinished, killed))
+    killer.start()
+    options = ["--resume", "--backend", "ray", "--workers", "2"]
+    succeed(capsys, *arguments(room)[:-3], "--out", unfinished, *options)
+    killer.join()
+    assert len(killed) == 1
+    assert without_times(unfinished) == without_times(contest)
 
 
-def kill_worker(ray: object) -> bool:
-    """Kill the worker of a local cluster while it is at a task."""
-    found = subprocess.run(["pgrep", "-f", "^ray::work"], capture_output=True, text=True)
-    for line in found.stdout.split():
-        subprocess.run(["kill", "-9", line], check=True)
-    return bool(found.stdout.split())
+def kill_worker(out: Path, killed: list[int]) -> None:
+    """Kill a worker of Ray that this process started while it is at its first run."""
+    end = time.monotonic() + 60
+    while not killed and time.monotonic() < end:
+        time.sleep(0.01)
+        if list(out.glob("runs/*/.*.partial")):
+            found = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True)
+            rows = [line.split(maxsplit=2) for line in found.stdout.splitlines()[1:]]
+            parents = {int(pid): int(parent) for pid, parent, _ in rows}
+            for pid, _, args in rows:
+                if args.startswith("ray::work") and os.getpid() in ancestors(int(pid), parents):
+                    os.kill(int(pid), signal.SIGKILL)
+                    killed.append(int(pid))
+                    break
+
+
+def ancestors(pid: int, parents: dict[int, int]) -> set[int]:
+    """Return the processes that started one, and those that started these."""
+    found: set[int] = set()
+    while (pid := parents.get(pid, 0)) and pid not in found:
+        found.add(pid)
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -154,23 +155,20 @@ def compare(
             "teacher.source": teacher,
         },
     )
-    contest = _open(given, out, is_resumed=resume)
     pool = make_workers(backend, n_workers=workers, address=address or "")
-    try:
-        with CtrlC() as ctrl_c:
-            contest.begin()
+    contest = _open(given, out, is_resumed=resume)
+    with contest.begun():
+        with closing(pool), CtrlC() as ctrl_c:
             _follow(talk, contest, pool, ctrl_c)
-    finally:
-        pool.close()
-    n_missing = contest.n_missing()
-    if n_missing:
-        n_done = f"{contest.n_runs - n_missing} of {count(contest.n_runs, 'run')}"
-        again = shlex.join(["curiosight", "compare", "--out", str(contest.folder), "--resume"])
-        talk.note(f"stopped after {n_done}, which are kept; go on with {again}")
-        raise typer.Exit(ctrl_c.status)
-    table = make_table(contest)
-    write_json_file(contest.folder / TABLE, table)
-    write_reports(contest, table, _command_again(contest.settings))
+        n_missing = contest.n_missing()
+        if n_missing:
+            n_done = f"{contest.n_runs - n_missing} of {count(contest.n_runs, 'run')}"
+            again = shlex.join(["curiosight", "compare", "--out", str(contest.folder), "--resume"])
+            talk.note(f"stopped after {n_done}, which are kept; go on with {again}")
+            raise typer.Exit(ctrl_c.status)
+        table = make_table(contest)
+        write_json_file(contest.folder / TABLE, table)
+        write_reports(contest, table, _command_again(contest.settings))
     rows = {**_rows(table), "written to": contest.folder}
     talk.results("compare", rows, {**table, "out": str(contest.folder)})
 
@@ -246,7 +244,8 @@ def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:
     settings = given.settings()
     folders = [OutputFolder(out, "compare", Path(s), option="--resume") for s in settings.sources]
     check_settings(settings)
-    return Contest(settings, folders[0].path)
+    # A name of ours that another took in this second gets a number.
+    return Contest(settings, folders[0].file(SETTINGS).parent if out is None else out)
 
 
 def _command_again(settings: ContestSettings) -> list[str]:

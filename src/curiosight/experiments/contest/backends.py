@@ -9,9 +9,11 @@ thread, as ours do, said explicitly in the environment of both.
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -178,7 +180,10 @@ def _begin_work() -> None:
 
 
 class RayCluster:
-    """A Ray cluster; its workers must see the folder of the results under the same path."""
+    """A Ray cluster; its workers must see the folder of the results under the same path.
+
+    It is sought, or started, with the first task.
+    """
 
     def __init__(self, n_workers: int | None, address: str) -> None:
         try:
@@ -187,22 +192,21 @@ class RayCluster:
             found = "expected Ray to be installed"
             raise ValueError(f"backend: {found} (pip install 'curiosight[ray]')") from error
         self._ray: Any = ray
-        ray.init(
-            address=address or None,
-            num_cpus=None if address else n_workers or _n_cores(),
-            include_dashboard=None if address else False,
-            log_to_driver=False,
-            logging_level="ERROR",
-            runtime_env={"env_vars": ONE_THREAD},
-        )
-        self._work = ray.remote(num_cpus=1, max_retries=MAX_LOST)(work)
+        self._n_workers, self._address = n_workers, address
+        # A cluster of our own has so many workers; of another we take no more.
+        self._most = n_workers if address and n_workers else math.inf
+        self._work: Any = None
+        self._waiting: deque[Task] = deque()
         self._pending: dict[Any, Task] = {}
 
     def submit(self, task: Task) -> None:
-        self._pending[self._work.remote(task)] = task
+        if self._work is None:
+            self._begin()
+        self._waiting.append(task)
 
     def finished(self, is_stopped: Callable[[], bool]) -> Iterator[Task]:
-        while self._pending and not is_stopped():
+        while (self._waiting or self._pending) and not is_stopped():
+            self._hand_out()
             done, _ = self._ray.wait(list(self._pending), num_returns=1, timeout=POLL_S)
             for reference in done:
                 task = self._pending.pop(reference)
@@ -210,7 +214,33 @@ class RayCluster:
                 yield task
 
     def close(self) -> None:
-        self._ray.shutdown()
+        if self._work is not None:
+            self._ray.shutdown()
+
+    def _begin(self) -> None:
+        is_own = not self._address
+        try:
+            self._ray.init(
+                address=self._address or None,
+                num_cpus=(self._n_workers or _n_cores()) if is_own else None,
+                include_dashboard=False if is_own else None,
+                log_to_driver=False,
+                logging_level="ERROR",
+                # Ray's own choice of OMP_NUM_THREADS goes by what a task asks for, and other
+                # libraries have other names for it: said here, it is one whatever they are.
+                runtime_env={"env_vars": ONE_THREAD},
+            )
+        except (ConnectionError, OSError, RuntimeError, ValueError) as error:
+            where = f"a Ray cluster, got {self._address!r}" if self._address else "Ray to start"
+            raise ValueError(f"address: expected {where} ({error})") from error
+        # Of a module that workers import, so that no global is sent along as it was when the
+        # first task was. The retries are Ray's default, said because `work` allows for them.
+        self._work = self._ray.remote(num_cpus=1, max_retries=MAX_LOST)(work)
+
+    def _hand_out(self) -> None:
+        while self._waiting and len(self._pending) < self._most:
+            task = self._waiting.popleft()
+            self._pending[self._work.remote(task)] = task
 
     def _get(self, reference: Any) -> None:
         errors = self._ray.exceptions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,11 @@ from curiosight.experiments.contest.backends import Workers
 from curiosight.experiments.contest.prepared import META, Prepared
 from curiosight.experiments.contest.runs import RunRecord, read_run
 from curiosight.experiments.contest.settings import ContestSettings, folder_name, read_settings
+from curiosight.experiments.contest.sole_writer import sole_writer
 from curiosight.experiments.contest.tasks import PrepareTask, RunTask, Task
 from curiosight.experiments.contest.whole import remove_partial
 from curiosight.explorer import make_regions
-from curiosight.files import replace_file, writing
+from curiosight.files import replace_file
 from curiosight.frame import Viewpoint
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.sources import is_drawn, open_source
@@ -63,24 +65,40 @@ class Contest:
     Iterate with workers to do what is missing; then `records` has everything.
     """
 
-    def __init__(self, settings: ContestSettings, folder: Path) -> None:
+    def __init__(
+        self, settings: ContestSettings, folder: Path, *, is_resumed: bool = False
+    ) -> None:
         self.settings = settings
         self.folder = folder.absolute()
+        self._is_resumed = is_resumed
 
     @classmethod
     def resumed(cls, folder: Path) -> Contest:
-        """Return the contest of a folder; what a kill left half-written is removed."""
-        contest = cls(read_settings(folder / SETTINGS), folder)
-        places = [contest.folder, contest.folder / "prepared"]
-        for place in [*places, *(contest.folder / "runs").glob("*")]:
-            remove_partial(place)
-        return contest
+        """Return the contest of a folder."""
+        return cls(read_settings(folder / SETTINGS), folder, is_resumed=True)
 
-    def begin(self) -> None:
-        """Write what is compared; what is written from then on belongs to it."""
-        with writing(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
-        replace_file(self.folder / SETTINGS, self.settings.to_toml().encode(), is_synced=True)
+    @contextmanager
+    def begun(self) -> Iterator[None]:
+        """Have the folder to oneself, with what is compared written to it.
+
+        What killed processes left half-written is removed, before and after. Raises `DataError`
+        where another writes into the folder, or has begun a contest there meanwhile.
+        """
+        with sole_writer(self.folder):
+            if not self._is_resumed and (self.folder / SETTINGS).exists():
+                remedy = "choose another --out, or add --resume"
+                raise DataError(self.folder, "has become another compare's", remedy)
+            self._remove_partial()
+            replace_file(self.folder / SETTINGS, self.settings.to_toml().encode(), is_synced=True)
+            try:
+                yield
+            finally:
+                self._remove_partial()
+
+    def _remove_partial(self) -> None:
+        places = [self.folder, self.folder / "prepared"]
+        for place in [*places, *(self.folder / "runs").glob("*")]:
+            remove_partial(place)
 
     @property
     def n_runs(self) -> int:
