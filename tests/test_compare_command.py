@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command import files, refusal, succeed
+from command import files, refusal, succeed, without_times
 from curiosight.cli import compare
 from curiosight.cli.app import run
 from curiosight.config import load_config
@@ -60,13 +59,6 @@ def arguments(source: Path) -> list[str]:
 
 def runs_of(out: Path) -> list[Path]:
     return sorted(path.parent for path in out.glob("runs/*/*/run.json"))
-
-
-def without_times(out: Path) -> dict[str, bytes]:
-    """Return the content of all files but those that tell times of the clock."""
-    return {
-        name: (out / name).read_bytes() for name in files(out) if not name.endswith("timings.json")
-    }
 
 
 def test_table_has_every_figure_of_every_strategy(contest: Path, room: Path) -> None:
@@ -278,41 +270,3 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
     assert "Traceback" not in err
     assert 1 <= len(runs_of(unfinished)) < 4
     assert not (unfinished / "table.json").exists()
-
-
-def test_ray_makes_the_same_bytes_though_a_worker_is_killed(
-    unfinished: Path, contest: Path, room: Path, capsys: Capsys
-) -> None:
-    pytest.importorskip("ray")
-    killed: list[int] = []
-    killer = threading.Thread(target=kill_worker, args=(unfinished, killed))
-    killer.start()
-    options = ["--resume", "--backend", "ray", "--workers", "2"]
-    succeed(capsys, *arguments(room)[:-3], "--out", unfinished, *options)
-    killer.join()
-    assert len(killed) == 1
-    assert without_times(unfinished) == without_times(contest)
-
-
-def kill_worker(out: Path, killed: list[int]) -> None:
-    """Kill a worker of Ray that this process started while it is at its first run."""
-    end = time.monotonic() + 60
-    while not killed and time.monotonic() < end:
-        time.sleep(0.01)
-        if list(out.glob("runs/*/.*.partial")):
-            found = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True)
-            rows = [line.split(maxsplit=2) for line in found.stdout.splitlines()[1:]]
-            parents = {int(pid): int(parent) for pid, parent, _ in rows}
-            for pid, _, args in rows:
-                if args.startswith("ray::work") and os.getpid() in ancestors(int(pid), parents):
-                    os.kill(int(pid), signal.SIGKILL)
-                    killed.append(int(pid))
-                    break
-
-
-def ancestors(pid: int, parents: dict[int, int]) -> set[int]:
-    """Return the processes that started one, and those that started these."""
-    found: set[int] = set()
-    while (pid := parents.get(pid, 0)) and pid not in found:
-        found.add(pid)
-    return found
