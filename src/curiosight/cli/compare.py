@@ -157,20 +157,29 @@ def compare(
     )
     pool = make_workers(backend, n_workers=workers, address=address or "")
     contest = _open(given, out, is_resumed=resume)
-    with contest.begun():
-        with closing(pool), CtrlC() as ctrl_c:
-            _follow(talk, contest, pool, ctrl_c)
-        n_missing = contest.n_missing()
-        if n_missing:
-            n_done = f"{contest.n_runs - n_missing} of {count(contest.n_runs, 'run')}"
-            again = shlex.join(["curiosight", "compare", "--out", str(contest.folder), "--resume"])
-            talk.note(f"stopped after {n_done}, which are kept; go on with {again}")
-            raise typer.Exit(ctrl_c.status)
-        table = make_table(contest)
-        write_json_file(contest.folder / TABLE, table)
-        write_reports(contest, table, _command_again(contest.settings))
+    with closing(pool):
+        if contest.n_missing():
+            pool.begin()
+        with contest.begun():
+            table = _make(talk, contest, pool)
     rows = {**_rows(table), "written to": contest.folder}
     talk.results("compare", rows, {**table, "out": str(contest.folder)})
+
+
+def _make(talk: Talk, contest: Contest, pool: Workers) -> Mapping[str, Any]:
+    """Have done what is missing, and write what was found; return the table."""
+    with closing(pool), CtrlC() as ctrl_c:  # closed while nobody else may write
+        _follow(talk, contest, pool, ctrl_c)
+    n_missing = contest.n_missing()
+    if n_missing:
+        n_done = f"{contest.n_runs - n_missing} of {count(contest.n_runs, 'run')}"
+        again = shlex.join(["curiosight", "compare", "--out", str(contest.folder), "--resume"])
+        talk.note(f"stopped after {n_done}, which are kept; go on with {again}")
+        raise typer.Exit(ctrl_c.status)
+    table = make_table(contest)
+    write_json_file(contest.folder / TABLE, table)
+    write_reports(contest, table, _command_again(contest.settings))
+    return table
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import pdist, squareform
 
 from curiosight.config import Config, ForestConfig, LearnerConfig, with_model
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
+from curiosight.experiments.ways import ways_between
 from curiosight.explorer import Regions, Strategy, make_regions, make_strategy
 from curiosight.explorer.ground import Ways
+from curiosight.explorer.grouping import MetresFrom
 from curiosight.explorer.oracle import Trial
 from curiosight.explorer.regions import needs_ways
 from curiosight.frame import Frame, Mount, Pose, Viewpoint
@@ -38,9 +39,6 @@ from curiosight.teacher.memory.gravity import UP_OF_MOUNT
 from curiosight.teacher.turning import TurnedTeacher, turns_upright
 from curiosight.worlds import ReplayWorld
 from curiosight.worlds.room_world import RoomWorld
-
-# Of so many views the ways between all are found.
-MOST_WAYS = 1500
 
 
 def survey_dataset(config: Config, dataset: Dataset) -> Survey:
@@ -263,28 +261,10 @@ def count_learned(learner: SaliencyLearner, dataset: Dataset, indices: Iterable[
     return len({dataset.ids[index] for index in indices} & {*learned})
 
 
-def metres_between(dataset: Dataset, indices: Sequence[int]) -> npt.NDArray[np.float64] | None:
-    """Return the (n, n) metres of the ways between views: around what stands, where that is known.
-
-    None without all poses, and of more than `MOST_WAYS` views, as that would take long.
-    """
-    poses = [dataset.poses[index] for index in indices]
-    known = [pose for pose in poses if pose is not None]
-    if len(known) < len(poses) or not 0 < len(poses) <= MOST_WAYS:
-        return None
-    places = np.stack(known)[:, :3, 3]
-    if not isinstance(dataset, DrawnViews):
-        straight: npt.NDArray[np.float64] = squareform(pdist(places))
-        return straight
-    ways = [dataset.free_space.ways(place, places[:, :2]) for place in places[:, :2]]
-    metres = np.array(ways)
-    return (metres + metres.T) / 2  # one way, there and back, but for rounding
-
-
 def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
     """Divide a recording into regions as the settings ask."""
     is_by_ways = needs_ways(config.explorer.regions or None)
-    metres = metres_between(dataset, range(len(dataset))) if is_by_ways else None
+    metres = ways_between(dataset, range(len(dataset))) if is_by_ways else None
     up = None if survey is None else survey.up_world
     return divide_views(config, dataset.poses, dataset.ids, metres=metres, up=up)
 
@@ -294,7 +274,7 @@ def divide_views(
     poses: Sequence[Pose | None],
     ids: Sequence[str],
     *,
-    metres: npt.NDArray[np.float64] | None,
+    metres: MetresFrom | None,
     up: npt.ArrayLike | None,
 ) -> Regions:
     """Divide views into regions as the settings ask; metres, up: see `make_regions`."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import socket
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -33,6 +34,8 @@ BACKENDS: tuple[Backend, ...] = get_args(Backend)
 POLL_S = 0.2
 # Workers that are killed one after the other, without a task done between, before it is given up.
 MAX_LOST = 3
+# How long a Ray cluster may take to answer, seconds.
+ANSWER_S = 10.0
 _SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
@@ -40,6 +43,10 @@ _SIGNALS = [
 
 class Workers(Protocol):
     """Do tasks, in any order."""
+
+    def begin(self) -> None:
+        """Make ready; raises ValueError where that cannot be."""
+        ...
 
     def submit(self, task: Task) -> None:
         """Take a task."""
@@ -88,6 +95,9 @@ class Processes:
         self._children: set[BaseProcess] = set()
         self._n_lost = 0
         self._executor = self._new_executor()
+
+    def begin(self) -> None:
+        pass  # they start with the first tasks
 
     def submit(self, task: Task) -> None:
         self._waiting.append(task)
@@ -179,11 +189,15 @@ def _begin_work() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-class RayCluster:
-    """A Ray cluster; its workers must see the folder of the results under the same path.
+def _check_answers(address: str) -> None:
+    """Raise OSError where nobody answers at HOST:PORT; Ray would try for a quarter of an hour."""
+    host, colon, port = address.rpartition("//")[2].rpartition(":")
+    if colon and port.isdecimal():
+        socket.create_connection((host.strip("[]"), int(port)), ANSWER_S).close()
 
-    It is sought, or started, with the first task.
-    """
+
+class RayCluster:
+    """A Ray cluster; its workers must see the folder of the results under the same path."""
 
     def __init__(self, n_workers: int | None, address: str) -> None:
         try:
@@ -200,8 +214,6 @@ class RayCluster:
         self._pending: dict[Any, Task] = {}
 
     def submit(self, task: Task) -> None:
-        if self._work is None:
-            self._begin()
         self._waiting.append(task)
 
     def finished(self, is_stopped: Callable[[], bool]) -> Iterator[Task]:
@@ -217,11 +229,12 @@ class RayCluster:
         if self._work is not None:
             self._ray.shutdown()
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
         is_own = not self._address
         try:
+            _check_answers(self._address)
             self._ray.init(
-                address=self._address or None,
+                address=self._address or "local",  # whatever RAY_ADDRESS says
                 num_cpus=(self._n_workers or _n_cores()) if is_own else None,
                 include_dashboard=False if is_own else None,
                 log_to_driver=False,
@@ -230,9 +243,12 @@ class RayCluster:
                 # libraries have other names for it: said here, it is one whatever they are.
                 runtime_env={"env_vars": ONE_THREAD},
             )
-        except (ConnectionError, OSError, RuntimeError, ValueError) as error:
-            where = f"a Ray cluster, got {self._address!r}" if self._address else "Ray to start"
-            raise ValueError(f"address: expected {where} ({error})") from error
+        except (OSError, OverflowError, RuntimeError, ValueError) as error:
+            text = " ".join(str(error).split())
+            if is_own:
+                raise ValueError(f"backend: expected Ray to start ({text})") from error
+            expected = "expected HOST:PORT or auto, of a Ray cluster that answers"
+            raise ValueError(f"address: {expected}, got {self._address!r} ({text})") from error
         # Of a module that workers import, so that no global is sent along as it was when the
         # first task was. The retries are Ray's default, said because `work` allows for them.
         self._work = self._ray.remote(num_cpus=1, max_retries=MAX_LOST)(work)

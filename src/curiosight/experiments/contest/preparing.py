@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
@@ -17,7 +18,6 @@ from curiosight.experiments.components import (
     heard,
     make_learner,
     make_teacher,
-    metres_between,
     survey_dataset,
 )
 from curiosight.experiments.contest.prepared import (
@@ -31,6 +31,7 @@ from curiosight.experiments.contest.prepared import (
 from curiosight.experiments.contest.whole import whole_folder
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.experiments.ways import ways_between
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.observation import Teaches
@@ -199,12 +200,20 @@ class Preparation:
         """Write how long the ways between all views are, and where those are."""
         poses = [self._dataset.poses[index] for index in reachable]
         views = [Viewpoint(number, 0, pose) for number, pose in enumerate(poses)]
-        turns = [straight_ways(view, views) for view in views]
-        metres = metres_between(self._dataset, reachable)
-        if metres is None:
-            metres = np.array([ways[0] for ways in turns])
-        np.save(self._folder / "metres.npy", metres)
-        np.save(self._folder / "degrees.npy", np.array([ways[1] for ways in turns]))
+        between = ways_between(self._dataset, reachable)
+        n_views = len(views)
+        # Row by row: of thousands of views there are gigabytes of them.
+        metres, degrees = (
+            np.lib.format.open_memmap(  # type: ignore[no-untyped-call]
+                self._folder / f"{name}.npy", "w+", np.float64, (n_views, n_views)
+            )
+            for name in ("metres", "degrees")
+        )
+        for number, view in enumerate(views):
+            straight, degrees[number] = straight_ways(view, views)
+            metres[number] = straight if between is None else between[number]
+        if between is not None:
+            _even_out(metres)
         unknown = np.full((4, 4), np.nan)
         np.save(self._folder / "poses.npy", [unknown if p is None else p for p in poses])
 
@@ -212,3 +221,11 @@ class Preparation:
         """Return the true room of each frame, 0 where there is no such truth."""
         place: Callable[[int], int] | None = getattr(dataset, "place", None)
         return [0 if place is None else place(int(index)) for index in indices]
+
+
+def _even_out(metres: npt.NDArray[np.float64]) -> None:
+    """Let (n, n) ways be as long there as back, which they are but for rounding; in place."""
+    for number in range(len(metres)):
+        there, back = metres[number, number:], metres[number:, number]
+        there[:] = (there + back) / 2
+        back[:] = there
