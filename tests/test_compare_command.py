@@ -119,6 +119,38 @@ def test_finished_contest_only_writes_its_results_again(
 
 
 @pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("source.json", None),
+        ("source.json", b"{}"),
+        ("source.json", b'{"visi'),
+        ("metres.npy", b"\x93NUMPY"),
+        ("phase0/shown-rows.npy", b""),
+        ("phase0/shown-look-starts.npy", None),
+    ],
+)
+def test_damaged_preparation_is_named(
+    name: str, content: bytes | None, unfinished: Path, capsys: Capsys
+) -> None:
+    folder = next((unfinished / "prepared").iterdir())
+    (folder / name).unlink()
+    if content is not None:
+        (folder / name).write_bytes(content)
+    prepared = "remove this folder, and it is made again"
+    line = refusal(capsys, "compare", "--out", unfinished, "--resume", "--workers", 1)
+    assert f"{folder}: is not whole (" in line
+    assert line.endswith(prepared)
+
+
+def test_preparation_that_was_removed_is_made_again_the_same(
+    copied: Path, contest: Path, capsys: Capsys
+) -> None:
+    shutil.rmtree(next((copied / "prepared").iterdir()))
+    succeed(capsys, "compare", "--out", copied, "--resume", "--workers", 1)
+    assert without_times(copied) == without_times(contest)
+
+
+@pytest.mark.parametrize(
     ("options", "named"),
     [
         (["--seeds", "3"], "expected seeds as in compare.toml, 2; got 3"),
@@ -156,6 +188,19 @@ def test_what_cannot_be_compared_is_refused_before_anything_is_written(
     out = tmp_path / "out"
     assert named in refusal(capsys, "compare", room, "--out", out, *options)
     assert not out.exists()
+
+
+def test_source_under_two_names_is_refused(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    line = refusal(capsys, "compare", room, f"{room}/", "--out", tmp_path / "out")
+    assert f"sources: expected each once, got '{room}' and '{room}/'" in line
+
+
+@pytest.mark.parametrize("seeds", ["true", '"2"', "2.0"])
+def test_settings_that_were_edited_are_refused(seeds: str, copied: Path, capsys: Capsys) -> None:
+    text = (copied / "compare.toml").read_text()
+    (copied / "compare.toml").write_text(text.replace("seeds = 2", f"seeds = {seeds}"))
+    line = refusal(capsys, "compare", "--out", copied, "--resume")
+    assert "seeds: expected a whole number, got" in line
 
 
 def test_folder_that_is_not_empty_needs_resume(contest: Path, room: Path, capsys: Capsys) -> None:
@@ -203,6 +248,26 @@ class Midnight:
     @staticmethod
     def now() -> datetime:
         return datetime(2026, 1, 1)
+
+
+def test_folder_of_other_files_is_nothing_to_resume(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    line = refusal(capsys, *arguments(room), "--out", tmp_path, "--resume")
+    assert "has no compare.toml to go on with, but other files; choose another --out" in line
+    assert files(tmp_path) == {"notes.txt"}
+
+
+def test_compare_killed_at_its_start_is_begun_again(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    (tmp_path / LOCK).write_text("process 1 on nowhere\n")
+    (tmp_path / ".compare.toml.1.partial").touch()
+    assert "or add --resume" in refusal(capsys, *arguments(room), "--out", tmp_path)
+    monkeypatch.setattr(compare, "_follow", lambda *given: setattr(given[-1], "status", 130))
+    assert run([*arguments(room), "--out", str(tmp_path), "--resume"]) == 130
+    assert files(tmp_path) == {"compare.toml"}
 
 
 def test_home_must_change_before_a_run_is_over(tmp_path: Path, capsys: Capsys) -> None:

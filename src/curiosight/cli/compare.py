@@ -23,8 +23,10 @@ from curiosight.experiments.comparing import split_names
 from curiosight.experiments.contest.backends import Workers, make_workers
 from curiosight.experiments.contest.contest import SETTINGS, Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings, absolute_regions
+from curiosight.experiments.contest.sole_writer import LOCK
 from curiosight.experiments.contest.table import make_table
 from curiosight.experiments.contest.tasks import RunTask
+from curiosight.experiments.contest.whole import PARTIAL
 from curiosight.experiments.output import OutputFolder, write_json_file
 from curiosight.viewing.contest.tables import cost, ranked, reached
 
@@ -158,7 +160,7 @@ def compare(
     pool = make_workers(backend, n_workers=workers, address=address or "")
     contest = _open(given, out, is_resumed=resume)
     with closing(pool):
-        if contest.n_missing():
+        if not contest.is_whole():
             pool.begin()
         with contest.begun():
             table = _make(talk, contest, pool)
@@ -251,10 +253,28 @@ def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:
         assert out is not None
         raise DataError(out, f"has no {SETTINGS} to go on with", "name the sources, too")
     settings = given.settings()
-    folders = [OutputFolder(out, "compare", Path(s), option="--resume") for s in settings.sources]
+    is_begun = is_resumed and out is not None and _is_barely_begun(out)
+    folders = [
+        OutputFolder(out, "compare", Path(s), option="--resume", overwrite=is_begun)
+        for s in settings.sources
+    ]
     check_settings(settings)
     # A name of ours that another took in this second gets a number.
     return Contest(settings, folders[0].file(SETTINGS).parent if out is None else out)
+
+
+def _is_barely_begun(out: Path) -> bool:
+    """Tell whether a folder holds no more than a compare does that was killed at its start.
+
+    Raises `DataError` where it holds anything else.
+    """
+    if not out.is_dir():
+        return False
+    foreign = [p for p in out.iterdir() if p.name != LOCK and not p.name.endswith(PARTIAL)]
+    if foreign:
+        found = f"has no {SETTINGS} to go on with, but other files"
+        raise DataError(out, found, "choose another --out")
+    return True
 
 
 def _command_again(settings: ContestSettings) -> list[str]:

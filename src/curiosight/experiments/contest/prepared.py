@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors import DataError
 from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
 from curiosight.files import replace_file
@@ -33,6 +35,16 @@ class Shown:
     seen: Seen | None
 
 
+@contextmanager
+def reading_prepared(folder: Path) -> Iterator[None]:
+    """Turn what is wrong with the files of a prepared source into a `DataError`."""
+    try:
+        yield
+    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+        remedy = "remove this folder, and it is made again"
+        raise DataError(folder, f"is not whole ({error})", remedy) from error
+
+
 class Ragged:
     """Write and read arrays of many lengths as one, with where each begins."""
 
@@ -46,7 +58,11 @@ class Ragged:
 
     @cached_property
     def _arrays(self) -> tuple[Array, Array]:
-        return np.load(self._values, mmap_mode="r"), np.load(self._starts)
+        with reading_prepared(self._values.parent.parent):
+            values, starts = np.load(self._values, mmap_mode="r"), np.load(self._starts)
+            if starts[-1] != len(values):
+                raise ValueError(f"{self._values.name} is not of {self._starts.name}")
+            return values, starts
 
     def __len__(self) -> int:
         return len(self._arrays[1]) - 1
@@ -164,11 +180,15 @@ class Phase:
 class Prepared:
     """A source whose views are described and labelled.
 
-    folder: where `Preparation` wrote it.
+    folder: where `Preparation` wrote it. Raises `DataError` where files are damaged or lost.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        with reading_prepared(folder):
+            self._read(folder)
+
+    def _read(self, folder: Path) -> None:
         self.meta: dict[str, Any] = json.loads((folder / META).read_text(encoding="utf-8"))
         self.n_visits: int = self.meta["visits"]
         self.ids: list[str] = self.meta["ids"]

@@ -21,7 +21,6 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.contest.prepared import (
-    META,
     Prepared,
     Shown,
     ShownViews,
@@ -53,7 +52,7 @@ def prepare(source: str, config: Config, folder: Path) -> Prepared:
 
     Raises as `open_source` and `survey_dataset`.
     """
-    if not (folder / META).exists():
+    if not folder.is_dir() or not any(folder.iterdir()):
         with whole_folder(folder) as draft:
             Preparation(source, config, draft).write()
     return Prepared(folder)
