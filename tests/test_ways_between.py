@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from curiosight.errors import DataError
+from curiosight.experiments.contest.prepared import new_table, save_array
 from curiosight.experiments.contest.preparing import _even_out
 from curiosight.experiments.ways import ways_between
 from curiosight.frame import Viewpoint
@@ -75,3 +80,27 @@ def test_ways_are_as_long_there_as_back() -> None:
     expected = (metres + metres.T) / 2
     _even_out(metres)
     np.testing.assert_array_equal(metres, expected)
+
+
+def test_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def short(*_: object, **__: object) -> None:
+        raise OSError("500 requested and 96 written")  # as NumPy says it, without a number
+
+    with monkeypatch.context() as patch:
+        patch.setattr(np, "save", short)
+        with pytest.raises(DataError, match=r"No space left on device\); free some space"):
+            save_array(tmp_path / "a.npy", np.zeros(9))
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full, raising=False)
+    with pytest.raises(DataError, match="free some space"):
+        new_table(tmp_path / "b.npy", 3)
+
+
+def test_table_on_disk_is_read_back(tmp_path: Path) -> None:
+    table = new_table(tmp_path / "b.npy", 2)
+    table[0], table[1] = [1, 2], [3, 4]
+    table.flush()  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(np.load(tmp_path / "b.npy"), [[1, 2], [3, 4]])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +18,7 @@ import numpy.typing as npt
 from curiosight.errors import DataError
 from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
-from curiosight.files import replace_file
+from curiosight.files import replace_file, writing
 from curiosight.frame import Pose, Viewpoint
 from curiosight.learner.lesson import Lesson, Visit
 from curiosight.learner.sight import Sight
@@ -33,6 +35,30 @@ class Shown:
 
     visit: Visit
     seen: Seen | None
+
+
+def save_array(path: Path, array: Array) -> None:
+    """Write an array; raises `DataError` where it cannot be written."""
+    with writing(path):
+        try:
+            np.save(path, array, allow_pickle=False)
+        except OSError as error:
+            if error.errno is None:  # so NumPy tells that not all of it was taken
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
+            raise
+
+
+def new_table(path: Path, n: int) -> Floats:
+    """Return an (n, n) array on disk, to be written row by row; raises `DataError`."""
+    with writing(path):
+        table: Floats = np.lib.format.open_memmap(  # type: ignore[no-untyped-call]
+            path, "w+", np.float64, (n, n)
+        )
+        if hasattr(os, "posix_fallocate"):
+            # Else a full disk would be told by a signal that ends the process.
+            with path.open("r+b") as file:
+                os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
+    return table
 
 
 @contextmanager
@@ -52,9 +78,8 @@ class Ragged:
         self._values, self._starts = folder / f"{name}.npy", folder / f"{name}-starts.npy"
 
     def write(self, arrays: Sequence[Array]) -> None:
-        np.save(self._values, np.concatenate(list(arrays)), allow_pickle=False)
-        starts = np.cumsum([0, *(len(array) for array in arrays)])
-        np.save(self._starts, starts, allow_pickle=False)
+        save_array(self._values, np.concatenate(list(arrays)))
+        save_array(self._starts, np.cumsum([0, *(len(array) for array in arrays)]))
 
     @cached_property
     def _arrays(self) -> tuple[Array, Array]:

@@ -24,6 +24,8 @@ from curiosight.experiments.contest.prepared import (
     Prepared,
     Shown,
     ShownViews,
+    new_table,
+    save_array,
     write_meta,
     write_tests,
 )
@@ -200,13 +202,9 @@ class Preparation:
         poses = [self._dataset.poses[index] for index in reachable]
         views = [Viewpoint(number, 0, pose) for number, pose in enumerate(poses)]
         between = ways_between(self._dataset, reachable)
-        n_views = len(views)
         # Row by row: of thousands of views there are gigabytes of them.
         metres, degrees = (
-            np.lib.format.open_memmap(  # type: ignore[no-untyped-call]
-                self._folder / f"{name}.npy", "w+", np.float64, (n_views, n_views)
-            )
-            for name in ("metres", "degrees")
+            new_table(self._folder / f"{name}.npy", len(views)) for name in ("metres", "degrees")
         )
         for number, view in enumerate(views):
             straight, degrees[number] = straight_ways(view, views)
@@ -214,7 +212,8 @@ class Preparation:
         if between is not None:
             _even_out(metres)
         unknown = np.full((4, 4), np.nan)
-        np.save(self._folder / "poses.npy", [unknown if p is None else p for p in poses])
+        known = np.array([unknown if pose is None else pose for pose in poses])
+        save_array(self._folder / "poses.npy", known)
 
     def _places(self, dataset: Dataset, indices: Sequence[int]) -> list[int]:
         """Return the true room of each frame, 0 where there is no such truth."""
