@@ -37,7 +37,9 @@ class Spy(Random):
         super().__init__(views, rng)
         threads = {"numba": numba.get_num_threads(), "cv2": cv2.getNumThreads()}
         text = json.dumps({"threads": threads, "environment": dict(os.environ)})
-        Path(__file__).with_name(f"{os.getpid()}.json").write_text(text)
+        path = Path(__file__).with_name(f"{os.getpid()}.part")
+        path.write_text(text)
+        path.rename(path.with_suffix(".json"))  # whole, though this process may be killed
 """
 
 
