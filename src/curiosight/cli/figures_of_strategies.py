@@ -31,7 +31,7 @@ def draw_strategies(
     bands = {name: band_of(each, "frames") for name, each in curves.items()}
     offline = subject.prepared.phases[-1].offline["error"]
     least = least_error(subject, METHODS, BASELINE)
-    others = {} if least is None else {f"BMS, cut at its best, {least[1]:.2f}": least[0]}
+    others = {} if least is None else {f"BMS, cut where it is best, at {least[1]:.2f}": least[0]}
     constants = {"off-line": offline} | ({} if least is None else {"bms": least[0]})
 
     def rows() -> Iterator[Row]:
