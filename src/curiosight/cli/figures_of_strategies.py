@@ -77,8 +77,16 @@ def draw_regions(views: ViewsFromAbove, files: FigureFiles) -> None:
         raise CannotDrawError("there are no poses to be seen from above")
 
     def draw(path: Path) -> None:
-        order = range(len(views.poses))
-        regions_from_above(views.poses, views.regions, order, path, up=views.up, counted="views")
+        regions_from_above(
+            views.poses,
+            views.regions,
+            range(len(views.poses)),
+            path,
+            up=views.up,
+            counted="views",
+            is_way=views.is_way,
+            outlines=views.outlines,
+        )
 
     files.save(8, draw, views.rows())
 
