@@ -63,6 +63,15 @@ def test_errors_the_other_way_round_give_no() -> None:
     assert [claim.holds for claim in claims] == [False] * 6
 
 
+def test_two_seeds_do_not_tell_how_much_seeds_differ() -> None:
+    curves = {name: falling(0.9, 0.3, spread=0.1) for name in ("chronological", "random", "iac")}
+    n_claims = [
+        len(claims_of_errors({name: one[:n] for name, one in curves.items()}, 0.2, 0.6, seed=0))
+        for n in (2, 3)
+    ]
+    assert n_claims == [5, 6]
+
+
 def settling(fall_after: float, end: float) -> list[Curve]:
     """Curves of three seeds, 1200 looks long: flat, and lower by so much after look 1000."""
     errors = np.where(np.arange(1, 1201) <= 1000, end + fall_after, end)

@@ -25,6 +25,8 @@ REACHED = 0.95
 ENOUGH_LOOKS, LITTLE = 1000, 0.01
 # Where false positives are "very low".
 LOW_RATE = 0.01
+# Of fewer seeds resampling gives no interval of a standard deviation.
+LEAST_SEEDS = 3
 # Errors of seeds that differ by no more do so by rounding.
 ALIKE = 1e-6
 _BASELINE = "BMS"
@@ -138,7 +140,7 @@ def claims_of_errors(
     if baseline is not None:
         text = f"below {_BASELINE} at the end: its error − the highest of ours"
         claims.insert(2, claim(text, baseline - ends.max(axis=1)))
-    if len(random) > 1:
+    if len(random) >= LEAST_SEEDS:
         moments = np.stack([[one, one**2] for one in (random, iac)]).transpose(2, 0, 1, 3)
         text = "IAC varies less between seeds: 1 − its standard deviation / random's"
         claims.append(claim(text, moments, _less_spread))

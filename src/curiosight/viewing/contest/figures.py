@@ -14,7 +14,7 @@ from curiosight.viewing.paper import (
     FAINT,
     HUES,
     INK,
-    label_ends,
+    label_shares,
     new_figure,
     region_colours,
     save_figure,
@@ -119,11 +119,5 @@ def draw_times(
         panel.set_title(name, fontsize=10)
         panel.set_xlabel("look")
     panels[0].set_ylabel(f"share of {n_window} looks")
-    last = share[:, -1]
-    middles = np.cumsum(last) - last / 2
-    ends = [
-        (float(steps[-1]), float(middle), name, colour)
-        for middle, name, colour in zip(middles, region_names, colours, strict=True)
-    ]
-    label_ends(panels[-1], ends, gap=0.26 / height)
+    label_shares(panels[-1], float(steps[-1]), share[:, -1], region_names, colours)
     save_figure(figure, path)
