@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+
+import numpy as np
+
+from curiosight.experiments.contest.table import Curve
+from curiosight.experiments.paper_figures.claims import Claim, claims_of_errors
 
 ROOT = Path(__file__).parents[1]
 # Columns of the table "What holds".
@@ -15,6 +21,7 @@ NUMBER = r"([−]?\d?\.\d{3})"
 STATED = re.compile(rf"{VERDICT} {NUMBER}(?: \[{NUMBER}, {NUMBER}\])?")
 # What a share says in words: so many of three methods, less a half.
 NONE_OF_3 = ("no", "−.500", None, None)
+NUMBERS = ("value", "low", "high")
 Stated = tuple[str | None, ...]
 
 
@@ -26,15 +33,27 @@ def measured() -> list[dict[str, str]]:
 
 def written(row: dict[str, str]) -> Stated:
     """Return a measured claim as the document writes it."""
-    return (row["holds"], *(short(row[key]) for key in ("value", "low", "high")))
+    return (row["holds"], *(short(float(row[key]) if row[key] else None) for key in NUMBERS))
 
 
-def short(number: str) -> str | None:
+def short(number: float | None) -> str | None:
     """Return a number as the document writes it, with three digits and no 0 before the point."""
-    if not number:
+    if number is None:
         return None
-    text = f"{float(number):.3f}".replace("0.", ".", 1).replace("-", "−")
+    text = f"{number:.3f}".replace("0.", ".", 1).replace("-", "−")
     return ".000" if text == "−.000" else text
+
+
+def of_kept_runs(preset: str) -> list[Claim]:
+    """Return the claims of figure 6 that compare strategies, from runs that were kept before."""
+    path = ROOT / "benchmarks" / "results" / f"strategies-{preset}.json"
+    kept = json.loads(path.read_text(encoding="utf-8"))["curves"]
+    curves = {name: [kept_curve(run["overall_error"]) for run in kept[name]] for name in kept}
+    return claims_of_errors(curves, 0.1, None, seed=0)[2:]
+
+
+def kept_curve(errors: list[float]) -> Curve:
+    return Curve(np.array(errors), np.arange(1.0, 1 + len(errors)), np.zeros(len(errors)))
 
 
 def document() -> str:
@@ -77,3 +96,16 @@ def test_document_states_the_claims_of_other_sources() -> None:
     for row in others:
         assert row["source"].partition(" ")[0] in text
         assert written(row) in stated, row
+
+
+def test_document_states_the_claims_of_runs_kept_before() -> None:
+    text = document().partition("The same claims of figure 6")[2].partition("Claims of the text")[0]
+    stated = [parts(found) for found in STATED.finditer(text)]
+    holds = {True: "yes", False: "no", None: "not clear"}
+    both = zip(of_kept_runs("default"), of_kept_runs("paper"), strict=True)
+    assert stated == [
+        (holds[claim.holds], short(claim.value), short(claim.low), short(claim.high))
+        for row in both
+        for claim in row
+    ]
+    assert len(stated) == 6
