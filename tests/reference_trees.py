@@ -155,11 +155,11 @@ class ReferenceBuffer:
             self.groups = self.groups[is_kept]
 
     def _kept(self, chances):
-        """Lower what the largest groups keep until all fits; draw who leaves, one by one."""
+        """Lower what the largest groups keep until all fits; draw who leaves one by one."""
         sizes = {group: int(np.sum(self.groups == group)) for group in set(self.groups.tolist())}
         kept = dict(sizes)
         while sum(kept.values()) > self.max_samples:
-            # Of the largest the one with fewest samples to begin with, then the first, gives up.
+            # Of the largest the one that has fewest samples to begin with gives up, or the first.
             most = max(kept.values())
             loser = min((sizes[g], g) for g in kept if kept[g] == most)[1]
             kept[loser] -= 1

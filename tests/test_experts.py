@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.learner.drift import WARM_UP, Drift
+from curiosight.learner.drift import Drift
 from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts
 from curiosight.learner.forest import Forest
 from curiosight.learner.lesson import Lesson
@@ -160,7 +160,7 @@ def test_the_same_seed_learns_the_same() -> None:
 
 def test_what_a_place_was_leaves_first_once_it_has_changed() -> None:
     experts = make_experts(max_samples=20_000)
-    for look in range(2 * WARM_UP + 10):
+    for look in range(40):
         teach(experts, look % 2, look)
     old = experts.of_place[0].n_samples
     drifted = []
@@ -177,6 +177,26 @@ def test_what_a_place_was_leaves_first_once_it_has_changed() -> None:
         experts.update(rows, ~is_salient, spot, 0.3)
     assert share_right(experts, 0) < 0.1
     assert share_right(experts, 1) > 0.95
+
+
+def test_what_was_never_seen_is_no_drift() -> None:
+    experts = make_experts()
+    for look in range(40):
+        teach(experts, look % 2, look)
+
+    def walk() -> list[bool]:
+        """Look from eight spots in a row where nobody has been before."""
+        drifted = []
+        for step in range(8):
+            view = sight(0, step)
+            assert view.T_world_camera is not None
+            view.T_world_camera[:3, 3] = 2.25 + 0.5 * (step % 4), 0.25 + 0.5 * (step // 4), 1
+            spot = experts.note(view)
+            drifted.append(experts.update(*samples(0, step), spot, 0.95).has_drifted)
+        return drifted
+
+    assert not any(walk())
+    assert any(walk())
 
 
 def test_a_drift_is_a_rise_that_stays() -> None:

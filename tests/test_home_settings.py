@@ -141,3 +141,17 @@ def test_one_room_is_a_dump_and_one_nearly_empty(n_rooms: int) -> None:
     assert len(purposes) == n_rooms
     assert (STORE_ROOM in purposes) == (SPARE_ROOM in purposes) == (n_rooms >= 4)
     assert len({purpose.name for purpose in purposes}) == min(n_rooms, 8)
+
+
+@pytest.mark.parametrize("n_empty", [0, 4, 8])
+def test_as_many_rooms_are_nearly_empty_as_asked(n_empty: int) -> None:
+    settings = parse_home(f"home:1,empty={n_empty}")
+    assert str(settings) == f"home:1,empty={n_empty}"
+    purposes = draw_purposes(8, np.random.default_rng(0), settings.empty)
+    assert purposes.count(SPARE_ROOM) == n_empty
+    assert len(purposes) == 8
+
+
+def test_no_more_rooms_are_empty_than_there_are() -> None:
+    with pytest.raises(ValueError, match=r"empty: expected 0 to 3, got 4"):
+        parse_home("home:1,rooms=3,empty=4")

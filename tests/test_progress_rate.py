@@ -154,6 +154,31 @@ def test_every_room_is_tried_and_none_is_hopped_to_and_fro() -> None:
     assert n_hops <= 20
 
 
+@pytest.mark.parametrize(("apart", "longest", "shortest"), [(30.0, 15, 15), (0.3, 5, 1)])
+def test_stays_are_as_long_as_the_way_asks(apart: float, longest: int, shortest: int) -> None:
+    given = [
+        Viewpoint(region * 100 + number, region, at(apart * region + 0.1 * number))
+        for region in range(4)
+        for number in range(20)
+    ]
+    strategy = ProgressRate(given, np.random.default_rng(0), ways=straight)
+    regions = np.array(looked(strategy, dict.fromkeys(range(4), 0.4), 120))
+    stays = np.diff(np.flatnonzero(np.diff(regions)))
+    assert stays.max() <= longest
+    assert np.median(stays) >= shortest
+    assert set(regions) == {0, 1, 2, 3}
+
+
+def test_where_there_is_one_region_it_looks_at_one_view_after_the_other() -> None:
+    strategy = ProgressRate(views(1, 30), np.random.default_rng(0), ways=straight)
+    seen = set()
+    for _ in range(40):
+        view = strategy.choose()
+        seen.add(view.index)
+        strategy.update(view, Outcome(0.4, seen=wall(view.T_world_camera, 2.0, Label.SALIENT)))
+    assert len(seen) >= 15
+
+
 def test_a_room_that_cannot_be_learned_is_left_alone() -> None:
     strategy = ProgressRate(views(4, 60), np.random.default_rng(0), ways=straight)
     regions = looked(strategy, {0: 0.3, 1: 0.97, 2: 0.3, 3: 0.3}, 160, is_blind=True)
@@ -207,6 +232,14 @@ def test_a_path_takes_in_what_is_on_the_way_and_not_twice_the_same() -> None:
     path = plan([1.0, 1.0, 1.0, 1.0], 4)
     assert path == [1, 2, 0, 3]  # one way, no turning back
     assert 3 in plan([1.0, 0.0, 0.0, 9.0], 2)
+
+
+def test_a_path_ends_where_nothing_is_worth_its_seconds() -> None:
+    places = np.array([0.0, 1.0, 2.0, 3.0])
+    between = np.abs(places[:, None] - places)
+    values = np.array([1.0, 0.05, 1.0, 1.0])
+    path = plan_path(values, places, between, lambda chosen: np.zeros(4), n_looks=4, patience=1.0)
+    assert path == [0, 2, 3]
 
 
 def test_views_are_alike_that_stand_and_look_alike() -> None:

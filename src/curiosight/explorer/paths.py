@@ -14,6 +14,8 @@ Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+# A view that gives less than this part of what the path gives per second is left for later.
+LEAST_RATE = 0.3
 # Views so many metres apart show much of the same; and what a look leaves of one just like it.
 ALIKE_METRES, LEFT_OF_TWIN = 1.5, 0.7
 
@@ -49,7 +51,8 @@ def plan_path(
     """Return up to `n_looks` of n views, by number, in the order of a short way from here.
 
     One after the other that view is put into the path, where it adds least, which has the most
-    value per second that it adds; then views like it are worth less (cheapest insertion).
+    value per second that it adds; then views like it are worth less (cheapest insertion). The
+    path ends where no view is worth its seconds, beside those that are in it.
 
     values: (n,) of the views. to: (n,) seconds from here to each. between: (n, n) seconds.
     alike: returns of a view (n,) in [0, 1], how much of it each other shows.
@@ -57,9 +60,14 @@ def plan_path(
     """
     path: list[int] = []
     left = values.astype(np.float64)
+    value = seconds = 0.0
     for _ in range(min(n_looks, len(values))):
         added, at = _insertions(path, to, between)
-        chosen = int(np.argmax(left / (added + patience)))
+        takes = added + patience
+        chosen = int(np.argmax(left / takes))
+        if left[chosen] * seconds < LEAST_RATE * value * takes[chosen]:
+            break
+        value, seconds = value + left[chosen], seconds + takes[chosen]
         path.insert(int(at[chosen]), chosen)
         left *= 1 - (1 - LEFT_OF_TWIN) * alike(chosen)
         left[chosen] = -1.0

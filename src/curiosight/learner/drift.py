@@ -9,7 +9,7 @@ from dataclasses import dataclass
 # fifteen frames, and once in some ten thousand frames it is chance.
 TOLERANCE, ALARM = 0.10, 3.0
 # Errors of the first frames say how bad it is to know little.
-WARM_UP = 10
+WARM_UP = 5
 
 
 @dataclass(slots=True)

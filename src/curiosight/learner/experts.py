@@ -182,7 +182,7 @@ class Experts:
         is_rearranged, self._is_rearranged = self._is_rearranged, False
         place = int(self._place_of_spot[spot]) if self.of_place else COMMON
         forest = self._forest(place)
-        has_drifted = self.is_trained and self._note_error(place, error)
+        has_drifted = self.is_trained and self._note_error(place, spot, error)
         n_stale = self._n_stale.get(place, 0)
         n_forgotten = min(n_stale, FORGETTING * len(rows))
         if n_forgotten:
@@ -194,9 +194,13 @@ class Experts:
             trees[COMMON] = self.common.update(rows[some], is_salient[some], spot)
         return Change(trees, is_rearranged, has_drifted)
 
-    def _note_error(self, place: int, error: float | None) -> bool:
-        """Tell whether a place has changed; if so all that it knows is of what it was."""
-        if self.places is None or error is None:
+    def _note_error(self, place: int, spot: int, error: float | None) -> bool:
+        """Tell whether a place has changed; if so all that it knows is of what it was.
+
+        Only a spot that was seen from before tells: where all is new, errors are high anyway, and
+        who goes through a place by short ways has many such looks one after the other.
+        """
+        if self.places is None or error is None or not self.places.is_known(spot):
             return False
         has_drifted = self._drifts.setdefault(place, Drift()).add(error)
         if has_drifted:

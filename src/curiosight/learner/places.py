@@ -75,6 +75,10 @@ class Places:
         """(n_places,) views that each place is known from."""
         return np.bincount(self.place_of_spot, self._n_views, self.n_places).astype(np.int64)
 
+    def is_known(self, spot: int) -> bool:
+        """Tell whether more than one view was taken from a spot."""
+        return bool(self._n_views[spot] > 1)
+
     def add(self, sight: Sight) -> int:
         """Take in a view, and return its spot.
 

@@ -39,7 +39,8 @@ class Home:
         self._before = before
         rng = stream(settings, _HOME, PLAN)
         self.plan: HomePlan = draw_home_plan(settings.rooms, rng)
-        purposes, moods = draw_purposes(settings.rooms, rng), draw_moods(settings.rooms, rng)
+        purposes = draw_purposes(settings.rooms, rng, settings.empty)
+        moods = draw_moods(settings.rooms, rng)
         self.briefs = tuple(
             Brief(lot.plan, lot.openings, purpose, mood, draw_palette(rng))
             for lot, purpose, mood in zip(self.plan.lots, purposes, moods, strict=True)

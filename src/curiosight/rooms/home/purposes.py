@@ -122,11 +122,22 @@ MOODS = (
 )
 
 
-def draw_purposes(n_rooms: int, rng: np.random.Generator) -> tuple[Purpose, ...]:
-    """Draw what each room is for: one a dump and one nearly empty, where there are four."""
+def draw_purposes(
+    n_rooms: int, rng: np.random.Generator, n_empty: int | None = None
+) -> tuple[Purpose, ...]:
+    """Draw what each room is for: one a dump and one nearly empty, where there are four.
+
+    n_empty: so many are nearly empty instead.
+    """
     others = [OTHERS[number] for number in rng.permutation(len(OTHERS))]
     first = [*ALWAYS, *others] if n_rooms >= 2 * len(ALWAYS) else others
-    chosen = [first[number % len(first)] for number in range(n_rooms)]
+    if n_empty is None:
+        chosen = [first[number % len(first)] for number in range(n_rooms)]
+    else:
+        furnished = [purpose for purpose in first if purpose is not SPARE_ROOM]
+        n_left = n_rooms - n_empty
+        chosen = [furnished[number % len(furnished)] for number in range(n_left)]
+        chosen += [SPARE_ROOM] * n_empty
     return tuple(chosen[number] for number in rng.permutation(n_rooms))
 
 

@@ -39,6 +39,7 @@ class HomeSettings:
     change: what happens to the home after some looks; None = nothing. Test views show the home
         as it is then.
     unlearnable: one room's things and surfaces look different at every look.
+    empty: how many rooms are nearly empty; None = one of four or more.
     The others are as of a room, see `RoomSettings`.
     """
 
@@ -57,6 +58,7 @@ class HomeSettings:
     scene: SceneName = "auto"
     change: Change | None = None
     unlearnable: bool = False
+    empty: int | None = None
     path: PathName | None = None
 
     def __post_init__(self) -> None:
@@ -69,6 +71,8 @@ class HomeSettings:
         choices = {"sensor": SensorName, "split": Split, "scene": SceneName, "path": PathName}
         check_choices(self, choices)
         check_seeds(self, ("seed", "rearrange", "lights"))
+        if self.empty is not None and not 0 <= self.empty <= self.rooms:
+            raise ValueError(f"empty: expected 0 to {self.rooms}, got {self.empty}")
         changed = None if self.change is None else self.change.room
         if changed is not None and changed >= self.rooms:
             raise ValueError(f"change: expected room=0 to {self.rooms - 1}, got {changed}")
@@ -112,4 +116,5 @@ HOME_READERS: dict[str, Callable[[str], Any]] = {
     **{name: reader for name, reader in READERS.items() if name not in ("plan", "over")},
     "change": read_change,
     "unlearnable": read_switch,
+    "empty": int,
 }
