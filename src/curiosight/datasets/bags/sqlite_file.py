@@ -1,0 +1,116 @@
+"""Scan a bag of ROS 2 in an SQLite database, also one that is cut short."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+from urllib.parse import quote
+
+import yaml
+
+from curiosight.datasets.bags.messages import HEAD_BYTES, Messages, type_name
+from curiosight.datasets.bags.sources import unpacked
+from curiosight.datasets.decoding import UnreadableFile
+from curiosight.errors import DataError
+
+MAGIC = b"SQLite format 3\0"
+REMEDY = "copy or record it again"
+
+
+class SqliteFile:
+    """A bag in a database. Raises `DataError` where it is none.
+
+    The attributes are those of `ChunkedFile`; the offset of a message is its row.
+    """
+
+    def __init__(self, path: Path, *, are_zstd: bool = False) -> None:
+        self.path = path
+        self.are_zstd = are_zstd
+        self.topics: dict[tuple[str, str], Messages] = {}
+        self.n_announced: int | None = None
+        self.faults: list[str] = []
+        with path.open("rb") as file:
+            head = file.read(100)
+            size = file.seek(0, 2)
+        if not head.startswith(MAGIC) or len(head) < 100:
+            raise DataError(path, "is no SQLite database", REMEDY)
+        n_page = int.from_bytes(head[16:18], "big")
+        n_page = 65536 if n_page == 1 else n_page
+        self._is_cut = size < n_page * int.from_bytes(head[28:32], "big")
+        with closing(self._connect()) as database:
+            self._scan(database)
+
+    def read(self, messages: Messages, number: int) -> bytes:
+        """Return the bytes of a message; raises `UnreadableFile`."""
+        try:
+            with closing(self._connect()) as database:
+                query = "SELECT data FROM messages WHERE id = ?"
+                row = database.execute(query, (messages.offsets[number],)).fetchone()
+        except sqlite3.Error as error:
+            raise UnreadableFile(f"{self.path.name} cannot be read ({error})") from error
+        if row is None or not isinstance(row[0], bytes):
+            raise UnreadableFile(f"{self.path.name} has lost a message")
+        return unpacked(row[0], "zstd") if self.are_zstd else row[0]
+
+    def _connect(self) -> sqlite3.Connection:
+        """Open it without writing; what a recorder that was killed left beside it is read too."""
+        log = self.path.with_name(self.path.name + "-wal")
+        has_log = log.is_file() and log.stat().st_size > 0
+        mode = "mode=ro" if has_log else "immutable=1"
+        # Any thread may ask, one at a time; a connection serves one question.
+        place = f"file:{quote(str(self.path.absolute()))}?{mode}"
+        database = sqlite3.connect(place, uri=True, check_same_thread=False)
+        if self._is_cut:
+            # Else a database that is shorter than it says is refused whole.
+            with suppress(sqlite3.Error):
+                database.execute("PRAGMA writable_schema=ON")
+        return database
+
+    def _scan(self, database: sqlite3.Connection) -> None:
+        try:
+            listed = database.execute("SELECT id, name, type, serialization_format FROM topics")
+            by_id = {
+                number: self.topics.setdefault(
+                    (topic, type_name(kind)), Messages(topic, type_name(kind), encoding)
+                )
+                for number, topic, kind, encoding in listed
+            }
+        except sqlite3.Error as error:
+            found = f"is no bag of ROS 2, or cut before its messages ({error})"
+            raise DataError(self.path, found, REMEDY) from None
+        with suppress(sqlite3.Error, yaml.YAMLError):
+            self.n_announced = _announced(database)
+        try:
+            for topic, row, logged_ns, length, head in self._rows(database, by_id):
+                by_id[topic].add(-1, row, length, logged_ns, head)
+        except (sqlite3.Error, UnreadableFile):
+            self._is_cut = True
+        if self._is_cut:
+            self.faults.append("it is cut short or damaged, read to its last whole message")
+
+    def _rows(
+        self, database: sqlite3.Connection, by_id: dict[int, Messages]
+    ) -> Iterator[tuple[int, int, int, int, bytes]]:
+        """Yield topic, row, time, length and first bytes of each message that is whole."""
+        query = "SELECT topic_id, id, timestamp, length(data) FROM messages ORDER BY id"
+        for topic, row, logged_ns, length in database.execute(query):
+            if topic not in by_id or not isinstance(length, int):
+                continue
+            head = b""
+            if by_id[topic].is_stamped or self._is_cut:
+                # A part of it, as a query would read it whole.
+                with database.blobopen("messages", "data", row, readonly=True) as blob:
+                    head = blob.read(length if self._is_cut or self.are_zstd else HEAD_BYTES)
+                if self.are_zstd:
+                    head = unpacked(head, "zstd")
+            yield topic, row, logged_ns, length, head[:HEAD_BYTES]
+
+
+def _announced(database: sqlite3.Connection) -> int | None:
+    """Return how many messages the recorder noted when it closed the bag."""
+    row = database.execute("SELECT metadata FROM metadata ORDER BY id DESC").fetchone()
+    content = yaml.safe_load(row[0]) if row and row[0] else None
+    count = content.get("message_count") if isinstance(content, dict) else None
+    return count if isinstance(count, int) else None
