@@ -55,9 +55,10 @@ def export(
     """Write a recording for others: as an RL-IAC folder or as a ROS bag.
 
     RL-IAC, which the program of the paper's authors reads, is image_data/ with x.png, x_depth.png
-    (millimetres) and x_GT.png, input_region_map.dat, camera.json, and region_map.dat where the source has a navigation graph or the ways between
-    its regions are known. A bag holds colour, depth, CameraInfo and poses (/tf), but neither ground
-    truth nor regions. Ctrl-C ends it early and keeps what is written.
+    (millimetres) and x_GT.png, input_region_map.dat, camera.json, and region_map.dat where the
+    source has a navigation graph or the ways between its regions are known. A bag holds colour,
+    depth, CameraInfo and poses (/tf), but neither ground truth nor regions. Ctrl-C ends it early
+    and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
     if every < 1:

@@ -91,7 +91,8 @@ class Bag:
         self._compare_counts(metadata)
         self.topics = self._topics()
         if not self.topics:
-            raise DataError(path, "is a bag without any message", "record it again")
+            why = "".join(f" ({remark})" for remark in self.remarks)
+            raise DataError(path, f"is a bag without any message{why}", "record it again")
 
     def _paths(self, metadata: dict[str, Any]) -> list[Path]:
         if not self.path.is_dir():

@@ -14,7 +14,7 @@ import numpy as np
 from curiosight.datasets.bags.bag import Bag, Topic
 from curiosight.datasets.bags.camera_info import is_distorted, to_camera
 from curiosight.datasets.bags.choice import REGISTERED_WORDS, Choice
-from curiosight.datasets.bags.transforms import Transforms, clean
+from curiosight.datasets.bags.transforms import Transforms, frame_of
 from curiosight.datasets.cameras.calibration import KINECT, KINECTS, usual_camera
 from curiosight.datasets.cameras.camera_file import CameraFile, read_camera_file, scaled_camera
 from curiosight.datasets.cameras.depth_camera import DepthCamera
@@ -122,12 +122,6 @@ def told_unit(bag: Bag, remarks: list[str]) -> DepthForm:
                 remarks.append(f"depth is in units of {unit:.6g} m, by {topic.name}")
             return DepthForm(unit)
     return DepthForm()
-
-
-def frame_of(topic: Topic) -> str:
-    """Return the frame that the first image of a topic is in."""
-    message = topic.first()
-    return "" if message is None else clean(message.header.frame_id)
 
 
 def _extras(bag: Bag) -> dict[str, Any]:

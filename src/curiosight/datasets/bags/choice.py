@@ -17,7 +17,7 @@ from curiosight.datasets.bags.images import (
     encoding_of,
 )
 from curiosight.datasets.bags.message_types import TF_MESSAGE
-from curiosight.datasets.bags.transforms import POSE_TYPES
+from curiosight.datasets.bags.transforms import POSE_TYPES, frame_of
 from curiosight.errors import DataError
 
 ROLES = ("color", "depth", "info", "pose")
@@ -79,11 +79,15 @@ def choose_topics(bag: Bag, text: str) -> Choice:
     colour = named.get("color") or _best(bag, images, _colour_score)
     if colour is None:
         what = "holds no colour images" if bag.is_of_ros() else "holds no messages of ROS"
+        what += "".join(f" ({remark})" for remark in bag.remarks)
         raise DataError(bag.path, f"{what}, but {listed(bag)}", f"name them: --topics {EXAMPLE}")
     if "depth" not in named and depth is not None and depth.name == colour.name:
         depth = None
     info = named.get("info") or _info_of(bag, colour)
     depth_info = None if depth is None else _info_of(bag, depth)
+    if depth and depth_info and not _n_shared(depth_info.name, depth.name):
+        # Told by the frame alone, which is colour's as well where depth is registered.
+        depth_info = info if frame_of(depth) == frame_of(colour) else depth_info
     pose = named.get("pose") or _pose(bag)
     return Choice(colour, depth, info, depth_info, pose, is_pose_named="pose" in named)
 
@@ -143,11 +147,15 @@ def _depth_score(topic: Topic, encoding: str) -> int | None:
 
 
 def _info_of(bag: Bag, image: Topic) -> Topic | None:
-    """Return the CameraInfo whose name shares most with an image's, from the beginning."""
+    """Return the CameraInfo whose name shares most with an image's; of these, that of its frame."""
+    frame = frame_of(image)
     infos = [topic for topic in bag.topics.values() if topic.type == CAMERA_INFO]
-    shared = {topic.name: _n_shared(topic.name, image.name) for topic in infos}
-    best = max(infos, key=lambda topic: (shared[topic.name], len(topic)), default=None)
-    if best is None or (len(infos) > 1 and not shared[best.name]):
+    likeness = {
+        topic.name: (_n_shared(topic.name, image.name), frame_of(topic) == frame, len(topic))
+        for topic in infos
+    }
+    best = max(infos, key=lambda topic: likeness[topic.name], default=None)
+    if best is None or (len(infos) > 1 and not any(likeness[best.name][:2])):
         return None
     return best
 

@@ -76,8 +76,22 @@ class Transforms:
     def is_located(self, frame: str) -> bool:
         """Tell whether a frame's place in a world is told: it moves, or is bolted to the map."""
         links = self.chain(frame)
-        moves = any(not link.is_static for link in links)
-        return moves or bool(links and links[-1].parent in FIXED_FRAMES)
+        return self.is_fixed(frame) or any(not link.is_static for link in links)
+
+    def is_fixed(self, frame: str) -> bool:
+        """Tell whether a frame's chain ends in a world: no more can be told of where it is."""
+        links = self.chain(frame)
+        return bool(links) and links[-1].parent in FIXED_FRAMES
+
+    def join(self, child: str, link: Link, frame: str, *, instead: bool) -> bool:
+        """Hang a frame into its parent as another topic tells it; tell whether `frame` is on it.
+
+        instead: also where tf tells another parent.
+        """
+        if child not in self._lineage(frame) or (child in self.parents and not instead):
+            return False
+        self.parents[child] = link
+        return True
 
     def poses(self, frame: str, stamps_ns: Sequence[int]) -> list[Pose | None]:
         """Return a frame in its root at each stamp."""
@@ -91,7 +105,6 @@ class Transforms:
 
     def between(self, target: str, source: str) -> Pose | None:
         """Return T_target_source where only static links join the two; None if they do not."""
-        up = [self._static_pose(target, target)]
         lineages = [self._lineage(target), self._lineage(source)]
         common = next((frame for frame in lineages[0] if frame in lineages[1]), None)
         if common is None:
@@ -124,10 +137,10 @@ class Transforms:
         link.rows.append((stamp_of(transform.header), _numbers(transform.transform)))
 
 
-def poses_told(topic: Topic) -> tuple[Link, str, str]:
-    """Return what Odometry, PoseStamped or the like tell: the link, its parent, its child.
+def poses_told(topic: Topic) -> tuple[Link, str]:
+    """Return what Odometry, PoseStamped or the like tell: a frame in its parent, and its name.
 
-    The child is "" where the messages do not say whose pose it is.
+    The name is "" where the messages do not say whose pose it is.
     """
     link, child = Link("", is_static=False), ""
     for _, message in topic.readable():
@@ -138,7 +151,13 @@ def poses_told(topic: Topic) -> tuple[Link, str, str]:
             child = clean(getattr(message, "child_frame_id", ""))
             told = message.pose if topic.type == POSES[0] else message.pose.pose
         link.rows.append((stamp_of(message.header), _numbers(told)))
-    return link, link.parent, child
+    return link, child
+
+
+def frame_of(topic: Topic) -> str:
+    """Return the frame that the first message of a topic is in."""
+    message = topic.first()
+    return "" if message is None else clean(message.header.frame_id)
 
 
 def clean(frame: Any) -> str:

@@ -175,4 +175,4 @@ def _told(choice: Choice, of_poses: Sequence[str]) -> str:
     """Say which topics are read."""
     named = {"color": choice.colour, "depth": choice.depth, "info": choice.info}
     parts = [f"{role} {topic.name}" for role, topic in named.items() if topic is not None]
-    return "topics: " + ", ".join([*parts, *of_poses[:1]])
+    return "topics: " + ", ".join([*parts, *filter(None, of_poses[:1])])
