@@ -6,6 +6,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import yaml
@@ -58,10 +59,18 @@ class SqliteFile:
         """Open it without writing; what a recorder that was killed left beside it is read too."""
         log = self.path.with_name(self.path.name + "-wal")
         has_log = log.is_file() and log.stat().st_size > 0
-        mode = "mode=ro" if has_log else "immutable=1"
+        place = f"file:{quote(str(self.path.absolute()))}"
         # Any thread may ask, one at a time; a connection serves one question.
-        place = f"file:{quote(str(self.path.absolute()))}?{mode}"
-        database = sqlite3.connect(place, uri=True, check_same_thread=False)
+        options: dict[str, Any] = {"uri": True, "check_same_thread": False}
+        database = sqlite3.connect(f"{place}?{'mode=ro' if has_log else 'immutable=1'}", **options)
+        if has_log:
+            try:
+                database.execute("SELECT count(*) FROM sqlite_master")
+            except sqlite3.Error:  # it would have to write beside it, and may not
+                database.close()
+                database = sqlite3.connect(f"{place}?immutable=1", **options)
+                fault = f"{log.name} cannot be read: the last messages may be missing"
+                self.faults += [fault] if fault not in self.faults else []
         if self._is_cut:
             # Else a database that is shorter than it says is refused whole.
             with suppress(sqlite3.Error):

@@ -86,11 +86,13 @@ class Transforms:
     def join(self, child: str, link: Link, frame: str, *, instead: bool) -> bool:
         """Hang a frame into its parent as another topic tells it; tell whether `frame` is on it.
 
-        instead: also where tf tells another parent.
+        instead: also where tf tells another parent; the new one is then the root.
         """
         if child not in self._lineage(frame) or (child in self.parents and not instead):
             return False
         self.parents[child] = link
+        if instead:
+            self.parents.pop(link.parent, None)
         return True
 
     def poses(self, frame: str, stamps_ns: Sequence[int]) -> list[Pose | None]:
