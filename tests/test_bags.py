@@ -27,7 +27,7 @@ from bags import (
     write_bag,
     write_plain_mcap,
 )
-from command import refusal, succeed
+from command import files, refusal, succeed
 from curiosight import check_dataset
 from curiosight.datasets import Reading, RosBag, open_dataset
 from curiosight.errors import DataError
@@ -144,8 +144,10 @@ def test_what_a_killed_recorder_left_beside_its_database_is_read(tmp_path: Path)
         shutil.copy(file, tmp_path / "killed" / file.name.replace("a.db3", "a_0.db3"))
     database.close()
     assert row == 6
+    (tmp_path / "killed/a_0.db3-shm").unlink()
     dataset = opened(tmp_path / "killed")
     check_look_alike(dataset)
+    assert files(tmp_path / "killed") == {"a_0.db3", "a_0.db3-wal"}
     assert "there is no metadata.yaml: it was not closed" in dataset.remarks
 
 

@@ -7,6 +7,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -66,15 +67,19 @@ class Topic:
 
     def readable(self) -> Iterator[tuple[int, Any]]:
         """Yield the number and content of each message that can be decoded."""
-        for number in range(len(self)):
-            try:
-                yield number, self.message(number)
-            except UnreadableFile:
-                continue
+        start = 0
+        for file, messages in self.parts:
+            for number, content in file.contents(messages):
+                with suppress(UnreadableFile):
+                    yield start + number, decode(content, self.type, self.encoding)
+            start += len(messages)
 
     def first(self) -> Any | None:
         """Return the first message that can be decoded; None if none can."""
-        return next((message for _, message in self.readable()), None)
+        for number in range(len(self)):
+            with suppress(UnreadableFile):
+                return self.message(number)
+        return None
 
 
 class Bag:

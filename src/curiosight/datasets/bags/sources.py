@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bz2
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -84,19 +86,23 @@ class ChunkedFile:
 
     def read(self, messages: Messages, number: int) -> bytes:
         """Return the bytes of a message; raises `UnreadableFile`."""
-        chunk, offset = messages.chunks[number], messages.offsets[number]
-        length = messages.lengths[number]
         try:
-            if chunk < 0:
-                with FileSource(self.path) as source:
-                    content = source.read(offset, length)
-            else:
-                content = self._chunk(chunk)[offset : offset + length]
+            with FileSource(self.path) as source:
+                content = self._content(messages, number, source)
         except OSError as error:
             raise UnreadableFile(f"{self.path.name} cannot be read ({error.strerror})") from error
-        if len(content) < length:
+        if len(content) < messages.lengths[number]:
             raise UnreadableFile(f"{self.path.name} breaks off inside a message")
         return unpacked(content, "zstd") if self.are_zstd else content
+
+    def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
+        """Yield the number and bytes of each message that can be read, opening it once."""
+        with FileSource(self.path) as source:
+            for number, length in enumerate(messages.lengths):
+                with suppress(OSError, UnreadableFile):
+                    content = self._content(messages, number, source)
+                    if len(content) == length:
+                        yield number, unpacked(content, "zstd") if self.are_zstd else content
 
     def add(
         self,
@@ -125,13 +131,19 @@ class ChunkedFile:
         self._keep(len(self._chunks) - 1, content)
         return BytesSource(content)
 
-    def _chunk(self, number: int) -> bytes:
+    def _content(self, messages: Messages, number: int, source: FileSource) -> bytes:
+        chunk, offset = messages.chunks[number], messages.offsets[number]
+        length = messages.lengths[number]
+        if chunk < 0:
+            return source.read(offset, length)
+        return self._chunk(chunk, source)[offset : offset + length]
+
+    def _chunk(self, number: int, source: FileSource) -> bytes:
         for known, content in self._kept:
             if known == number:
                 return content
         offset, length, compression = self._chunks[number]
-        with FileSource(self.path) as source:
-            content = unpacked(source.read(offset, length), compression)
+        content = unpacked(source.read(offset, length), compression)
         self._keep(number, content)
         return content
 

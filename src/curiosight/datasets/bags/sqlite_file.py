@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 import yaml
@@ -40,42 +39,62 @@ class SqliteFile:
         n_page = int.from_bytes(head[16:18], "big")
         n_page = 65536 if n_page == 1 else n_page
         self._is_cut = size < n_page * int.from_bytes(head[28:32], "big")
-        with closing(self._connect()) as database:
+        with self._database() as database:
             self._scan(database)
 
     def read(self, messages: Messages, number: int) -> bytes:
         """Return the bytes of a message; raises `UnreadableFile`."""
         try:
-            with closing(self._connect()) as database:
-                query = "SELECT data FROM messages WHERE id = ?"
-                row = database.execute(query, (messages.offsets[number],)).fetchone()
+            with self._database() as database:
+                return self._content(database, messages.offsets[number])
         except sqlite3.Error as error:
             raise UnreadableFile(f"{self.path.name} cannot be read ({error})") from error
-        if row is None or not isinstance(row[0], bytes):
-            raise UnreadableFile(f"{self.path.name} has lost a message")
-        return unpacked(row[0], "zstd") if self.are_zstd else row[0]
 
-    def _connect(self) -> sqlite3.Connection:
+    def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
+        """Yield the number and bytes of each message that can be read, opening it once."""
+        with self._database() as database:
+            for number, row in enumerate(messages.offsets):
+                with suppress(sqlite3.Error, UnreadableFile):
+                    yield number, self._content(database, row)
+
+    def _content(self, database: sqlite3.Connection, row: int) -> bytes:
+        found = database.execute("SELECT data FROM messages WHERE id = ?", (row,)).fetchone()
+        if found is None or not isinstance(found[0], bytes):
+            raise UnreadableFile(f"{self.path.name} has lost a message")
+        return unpacked(found[0], "zstd") if self.are_zstd else found[0]
+
+    @contextmanager
+    def _database(self) -> Iterator[sqlite3.Connection]:
         """Open it without writing; what a recorder that was killed left beside it is read too."""
-        log = self.path.with_name(self.path.name + "-wal")
+        log, shared = (self.path.with_name(f"{self.path.name}-{part}") for part in ("wal", "shm"))
         has_log = log.is_file() and log.stat().st_size > 0
+        is_in_use = shared.exists()
+        database = self._connect(log if has_log else None)
+        try:
+            if self._is_cut:
+                # Else a database that is shorter than it says is refused whole.
+                with suppress(sqlite3.Error):
+                    database.execute("PRAGMA writable_schema=ON")
+            yield database
+        finally:
+            database.close()
+            if has_log and not is_in_use:
+                # SQLite makes it to read the log, and leaves it.
+                with suppress(OSError):
+                    shared.unlink(missing_ok=True)
+
+    def _connect(self, log: Path | None) -> sqlite3.Connection:
         place = f"file:{quote(str(self.path.absolute()))}"
-        # Any thread may ask, one at a time; a connection serves one question.
-        options: dict[str, Any] = {"uri": True, "check_same_thread": False}
-        database = sqlite3.connect(f"{place}?{'mode=ro' if has_log else 'immutable=1'}", **options)
-        if has_log:
+        if log is not None:
+            database = _open(f"{place}?mode=ro")
             try:
                 database.execute("SELECT count(*) FROM sqlite_master")
+                return database
             except sqlite3.Error:  # it would have to write beside it, and may not
                 database.close()
-                database = sqlite3.connect(f"{place}?immutable=1", **options)
                 fault = f"{log.name} cannot be read: the last messages may be missing"
                 self.faults += [fault] if fault not in self.faults else []
-        if self._is_cut:
-            # Else a database that is shorter than it says is refused whole.
-            with suppress(sqlite3.Error):
-                database.execute("PRAGMA writable_schema=ON")
-        return database
+        return _open(f"{place}?immutable=1")
 
     def _scan(self, database: sqlite3.Connection) -> None:
         try:
@@ -115,6 +134,11 @@ class SqliteFile:
                 if self.are_zstd:
                     head = unpacked(head, "zstd")
             yield topic, row, logged_ns, length, head[:HEAD_BYTES]
+
+
+def _open(place: str) -> sqlite3.Connection:
+    # Any thread may ask, one at a time; a connection serves one question.
+    return sqlite3.connect(place, uri=True, check_same_thread=False)
 
 
 def _announced(database: sqlite3.Connection) -> int | None:
