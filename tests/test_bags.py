@@ -248,6 +248,8 @@ def test_named_topics_are_read(tmp_path: Path, capsys: Capsys) -> None:
         ("color=/nowhere", "has no messages on /nowhere; there are /camera/color/camera_info"),
         (f"depth={INFO}", "is of sensor_msgs/CameraInfo; expected sensor_msgs/Image or"),
         (f"pose={COLOUR}", "is of sensor_msgs/Image; expected tf2_msgs/TFMessage or"),
+        (f"color={DEPTH}", "is encoded as 16UC1, which is no colour that is read; there are"),
+        (f"depth={COLOUR}", "is encoded as rgb8, which is no depth that is read; there are"),
         ("colours=/a", "topics: expected such as color=/camera/color/image_raw"),
         ("color", "topics: expected such as color=/camera/color/image_raw"),
     ],

@@ -10,6 +10,7 @@ from curiosight.datasets.bags.bag import Bag, Topic
 from curiosight.datasets.bags.camera_info import CAMERA_INFO
 from curiosight.datasets.bags.images import (
     COLOURS,
+    COMPRESSED,
     DEPTHS,
     GREYS,
     IMAGE,
@@ -107,7 +108,26 @@ def _named(bag: Bag, role: str, name: str) -> Topic:
         expected = " or ".join(kind.replace("/msg/", "/") for kind in TYPES[role])
         found = f"{role}={name} is of {topic.type.replace('/msg/', '/') or 'no type'}"
         raise DataError(bag.path, found, f"expected {expected}; there are {listed(bag)}")
+    if topic.type in IMAGE_TYPES:
+        _check_encoding(bag, role, topic)
     return topic
+
+
+def _check_encoding(bag: Bag, role: str, topic: Topic) -> None:
+    """Raise `DataError` where the images of a topic that was named cannot be what they are for."""
+    message = topic.first()
+    if message is None:
+        remedy = f"there are {listed(bag)}"
+        raise DataError(bag.path, f"{role}={topic.name} cannot be decoded", remedy)
+    encoding = encoding_of(message)
+    is_depth = encoding == "depth" or (topic.type == IMAGE and encoding in DEPTHS)
+    is_colour = encoding != "depth" and (topic.type == COMPRESSED or encoding in COLOURS)
+    # Eight bits for depth have an error of their own.
+    if is_colour if role == "color" else is_depth or encoding in GREYS:
+        return
+    what = "colour" if role == "color" else "depth"
+    found = f"{role}={topic.name} is encoded as {encoding}, which is no {what} that is read"
+    raise DataError(bag.path, found, f"there are {listed(bag)}")
 
 
 def _best(bag: Bag, images: dict[str, str], score: Any) -> Topic | None:

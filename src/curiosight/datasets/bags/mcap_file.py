@@ -38,7 +38,9 @@ class McapFile(ChunkedFile):
         if not self._is_ended:
             self.faults.append("it is cut short, read to its last whole message")
 
-    def _walk(self, source: Source, position: int, end: int, *, chunk: int) -> None:
+    def _walk(
+        self, source: Source, position: int, end: int, *, chunk: int, is_inside: bool = False
+    ) -> None:
         """Note what the records of a file or chunk are about, up to the first that is cut."""
         while position + RECORD_HEAD.size <= end:
             head = source.read(position, RECORD_HEAD.size + MESSAGE_HEAD.size + HEAD_BYTES)
@@ -48,7 +50,7 @@ class McapFile(ChunkedFile):
             if kind == 0 or kind == FOOTER:
                 self._is_ended |= kind == FOOTER and body + length <= end
                 return
-            if kind == CHUNK:
+            if kind == CHUNK and not is_inside:
                 self._walk_chunk(source, body, min(body + length, end))
             elif body + length <= end:
                 self._note(kind, source, body, length, head[RECORD_HEAD.size :], chunk)
@@ -64,14 +66,14 @@ class McapFile(ChunkedFile):
         compression = head[CHUNK_HEAD.size : CHUNK_HEAD.size + n_name].decode("utf-8", "replace")
         start = body + CHUNK_HEAD.size + n_name + 8
         if not compression:
-            self._walk(source, start, end, chunk=-1)
+            self._walk(source, start, end, chunk=-1, is_inside=True)
             return
         content = self.new_chunk(start, end - start, compression, source)
         whole = content.read(0, content.size)
         if checksum and content.size == n_unpacked and zlib.crc32(whole) != checksum:
             self.faults.append("a chunk is damaged and left out")
             return
-        self._walk(content, 0, content.size, chunk=len(self._chunks) - 1)
+        self._walk(content, 0, content.size, chunk=len(self._chunks) - 1, is_inside=True)
 
     def _note(
         self, kind: int, source: Source, body: int, length: int, head: bytes, chunk: int

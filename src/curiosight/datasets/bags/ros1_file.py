@@ -46,7 +46,9 @@ class Ros1File(ChunkedFile):
         elif self._n_chunks or self.topics:
             self.faults.append("it was not closed or is cut, read to its last whole message")
 
-    def _walk(self, source: Source, position: int, end: int, *, chunk: int) -> None:
+    def _walk(
+        self, source: Source, position: int, end: int, *, chunk: int, is_inside: bool = False
+    ) -> None:
         """Note what the records of a file or chunk are about, up to the first that is cut."""
         while position + 8 <= end:
             content = source.read(position, USUAL_HEAD)
@@ -61,8 +63,8 @@ class Ros1File(ChunkedFile):
             (length,) = struct.unpack_from("<I", content, 4 + n_head)
             body = position + 8 + n_head
             first = content[8 + n_head :][:length]
-            kind = fields.get(b"op", b"\0")[0]
-            if kind == CHUNK:
+            kind = (fields.get(b"op") or b"\0")[0]
+            if kind == CHUNK and not is_inside:
                 self._walk_chunk(source, fields, body, min(body + length, end))
             elif body + length <= end:
                 self._note(kind, fields, source, body, length, first, chunk)
@@ -72,12 +74,12 @@ class Ros1File(ChunkedFile):
         self._n_chunks += 1
         compression = fields.get(b"compression", b"none").decode("ascii", "replace")
         if compression == "none":
-            self._walk(source, body, end, chunk=-1)
+            self._walk(source, body, end, chunk=-1, is_inside=True)
             return
         # The length is written last: a recorder that was killed leaves 0.
         end = end if end > body else source.size
         content = self.new_chunk(body, end - body, compression, source)
-        self._walk(content, 0, content.size, chunk=len(self._chunks) - 1)
+        self._walk(content, 0, content.size, chunk=len(self._chunks) - 1, is_inside=True)
 
     def _note(
         self,

@@ -101,7 +101,8 @@ class SqliteFile:
             listed = database.execute("SELECT id, name, type, serialization_format FROM topics")
             by_id = {
                 number: self.topics.setdefault(
-                    (topic, type_name(kind)), Messages(topic, type_name(kind), encoding)
+                    (str(topic), type_name(str(kind))),
+                    Messages(str(topic), type_name(str(kind)), str(encoding)),
                 )
                 for number, topic, kind, encoding in listed
             }
@@ -124,7 +125,7 @@ class SqliteFile:
         """Yield topic, row, time, length and first bytes of each message that is whole."""
         query = "SELECT topic_id, id, timestamp, length(data) FROM messages ORDER BY id"
         for topic, row, logged_ns, length in database.execute(query):
-            if topic not in by_id or not isinstance(length, int):
+            if topic not in by_id or not isinstance(length, int) or not isinstance(logged_ns, int):
                 continue
             head = b""
             if by_id[topic].is_stamped or self._is_cut:
@@ -138,7 +139,9 @@ class SqliteFile:
 
 def _open(place: str) -> sqlite3.Connection:
     # Any thread may ask, one at a time; a connection serves one question.
-    return sqlite3.connect(place, uri=True, check_same_thread=False)
+    database = sqlite3.connect(place, uri=True, check_same_thread=False)
+    database.text_factory = lambda content: content.decode("utf-8", "replace")
+    return database
 
 
 def _announced(database: sqlite3.Connection) -> int | None:
