@@ -16,6 +16,8 @@ from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
 
 MAGIC = b"SQLite format 3\0"
+# What SQLite says of a damaged database may be no text, either.
+FAULTS = (sqlite3.Error, UnicodeDecodeError)
 REMEDY = "copy or record it again"
 
 
@@ -47,14 +49,14 @@ class SqliteFile:
         try:
             with self._database() as database:
                 return self._content(database, messages.offsets[number])
-        except sqlite3.Error as error:
+        except FAULTS as error:
             raise UnreadableFile(f"{self.path.name} cannot be read ({error})") from error
 
     def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
         """Yield the number and bytes of each message that can be read, opening it once."""
         with self._database() as database:
             for number, row in enumerate(messages.offsets):
-                with suppress(sqlite3.Error, UnreadableFile):
+                with suppress(*FAULTS, UnreadableFile):
                     yield number, self._content(database, row)
 
     def _content(self, database: sqlite3.Connection, row: int) -> bytes:
@@ -73,7 +75,7 @@ class SqliteFile:
         try:
             if self._is_cut:
                 # Else a database that is shorter than it says is refused whole.
-                with suppress(sqlite3.Error):
+                with suppress(*FAULTS):
                     database.execute("PRAGMA writable_schema=ON")
             yield database
         finally:
@@ -90,7 +92,7 @@ class SqliteFile:
             try:
                 database.execute("SELECT count(*) FROM sqlite_master")
                 return database
-            except sqlite3.Error:  # it would have to write beside it, and may not
+            except FAULTS:  # it would have to write beside it, and may not
                 database.close()
                 fault = f"{log.name} cannot be read: the last messages may be missing"
                 self.faults += [fault] if fault not in self.faults else []
@@ -106,15 +108,15 @@ class SqliteFile:
                 )
                 for number, topic, kind, encoding in listed
             }
-        except sqlite3.Error as error:
+        except FAULTS as error:
             found = f"is no bag of ROS 2, or cut before its messages ({error})"
             raise DataError(self.path, found, REMEDY) from None
-        with suppress(sqlite3.Error, yaml.YAMLError):
+        with suppress(*FAULTS, yaml.YAMLError):
             self.n_announced = _announced(database)
         try:
             for topic, row, logged_ns, length, head in self._rows(database, by_id):
                 by_id[topic].add(-1, row, length, logged_ns, head)
-        except (sqlite3.Error, UnreadableFile):
+        except (*FAULTS, UnreadableFile):
             self._is_cut = True
         if self._is_cut:
             self.faults.append("it is cut short or damaged, read to its last whole message")
