@@ -127,7 +127,8 @@ class SqliteFile:
         """Yield topic, row, time, length and first bytes of each message that is whole."""
         query = "SELECT topic_id, id, timestamp, length(data) FROM messages ORDER BY id"
         for topic, row, logged_ns, length in database.execute(query):
-            if topic not in by_id or not isinstance(length, int) or not isinstance(logged_ns, int):
+            are_numbers = all(isinstance(value, int) for value in (row, logged_ns, length))
+            if topic not in by_id or not are_numbers:
                 continue
             head = b""
             if by_id[topic].is_stamped or self._is_cut:
