@@ -38,7 +38,8 @@ STAIRS = (
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 # The Gymnasium environments are a room of their own, and look into three others.
 MAX_ROOMS, MAX_ARROWS = 20 + 1, 91 + 3
-OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy"}
+OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
+OPTIONAL |= {"lz4", "backports"}
 
 # What others' base classes make of ours; only who uses them imports these.
 ADAPTERS = {Path("learner/sklearn_estimator.py"), Path("gym/environment.py")}

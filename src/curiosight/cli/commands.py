@@ -28,8 +28,7 @@ COMMANDS = {
     "segment": "Segment depth: objects on supports (salient), supports and walls (not), the rest "
     "unknown.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
-    "export": "Write a recording as an RL-IAC folder, which the program of the paper's authors "
-    "reads.",
+    "export": "Write a recording for others: as an RL-IAC folder or as a ROS bag.",
     "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",
     "score-teacher": "Score the teacher's labels, and its objects, against ground truth.",
     "bench": "Time the stages of the method, frame by frame, on one thread.",
