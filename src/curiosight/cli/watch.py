@@ -10,10 +10,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.talk import Talk
-from curiosight.config import load_config
 from curiosight.experiments.live_page import HOST, LivePage
-from curiosight.experiments.output import OutputFolder
 
 WATCHING = "Watching"
 
@@ -92,31 +89,34 @@ def watch(
     and, with --learn, model.npz. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it.
     Exit status 1: it was to learn, and nothing was learned.
     """
-    talk = Talk(quiet=quiet, as_json=json)
     if seconds is not None and not (isfinite(seconds) and seconds > 0):
         raise ValueError(f"seconds: expected more than 0, got {seconds:g}")
     if host != HOST and page is None:
         raise ValueError("host: expected --page PORT too, or there is no page to serve")
-    settings = load_config(
-        preset,
-        config,
-        {
-            **reading,
-            "run.seed": seed,
-            "run.n_threads": 1,  # the other core is for maps
-            "teacher.scene": scene,
-            "teacher.up": up,
-            "teacher.source": teacher,
-        },
-    )
-    folder = OutputFolder(out, "watch", source, overwrite=overwrite)
+    if model is None and not learn:
+        raise ValueError("model: expected --model RUN, --learn, or both; got neither")
     with LivePage(page, host) as live:
-        if live.url is not None:
-            talk.note(f"the page: {live.url}")
         # At use: the page answers while all this is read.
+        from curiosight.cli.talk import Talk
         from curiosight.cli.watch_run import run_watch
+        from curiosight.config import load_config
+        from curiosight.experiments.output import OutputFolder
         from curiosight.experiments.watching import Asked
 
+        talk = Talk(quiet=quiet, as_json=json)
+        settings = load_config(
+            preset,
+            config,
+            {
+                **reading,
+                "run.seed": seed,
+                "run.n_threads": 1,  # the other core is for maps
+                "teacher.scene": scene,
+                "teacher.up": up,
+                "teacher.source": teacher,
+            },
+        )
+        folder = OutputFolder(out, "watch", source, overwrite=overwrite)
         asked = Asked(model, is_learning=learn, strategy=strategy)
         status = run_watch(talk, live, settings, source, folder, asked, seconds)
     if status:

@@ -34,6 +34,8 @@ def run_watch(
     seconds: float | None,
 ) -> int:
     """Watch until it is to end, keep everything, tell the results; return the exit status."""
+    if live.url is not None:
+        talk.note(f"the page: {live.url}")
     if asked.model is not None:
         load_run_model(asked.model)  # a wrong one is refused before anything is drawn
     with ExitStack() as stack, announce_compilation(talk.console):
@@ -72,6 +74,7 @@ def _open(
         for number in drive.draw():
             live.say(f"drawing the drive: {number + 1} of {len(drive)} frames")
             shown.advance()
+    views.let_go()
     return drive, views
 
 

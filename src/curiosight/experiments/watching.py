@@ -49,6 +49,7 @@ from curiosight.worlds.travel import travel_seconds
 LOOKS, DECISIONS = "looks.csv", "decisions.csv"
 RESULTS = (MODEL, "summary.json", LOOKS, DECISIONS)
 COLUMNS = ("look", "seconds", "id", "region", "error", "samples")
+N_WARM_UP = 4
 # Where the way counts and is known; where it is not, what explores a recording.
 BY_WAYS, ELSE = "progress-rate", "iac"
 
@@ -65,8 +66,6 @@ class Asked:
     strategy: str | None = None
 
     def __post_init__(self) -> None:
-        if self.model is None and not self.is_learning:
-            raise ValueError("model: expected --model RUN, --learn, or both; got neither")
         if self.strategy is not None:
             check_loadable(self.strategy)
 
@@ -101,6 +100,7 @@ class Watching:
         survey = survey_dataset(config, dataset) if has_teacher else None
         teacher = make_teacher(config, dataset, survey) if has_teacher else None
         self.learner, self.config = _learner(config, asked.model, teacher, learner_rng)
+        _warm_up(self.config, dataset, teacher)
         up = None if survey is None else survey.up_world
         self.regions = choose_regions(self.config, drawn or dataset, survey)
         self._ways = _ways_of(self.config, drawn or dataset, self.regions)
@@ -244,6 +244,17 @@ def _learner(
     if model is None:
         return make_learner(config, teacher, rng), config
     return load_learner(model, config, teacher, rng)
+
+
+def _warm_up(config: Config, dataset: Dataset, teacher: Teaches | None) -> None:
+    """Do once what will be done to frames, with a learner of no account: kernels are compiled."""
+    learner = make_learner(config, None if teacher is None else heard(config, teacher))
+    for index in np.unique(np.linspace(0, len(dataset) - 1, N_WARM_UP).astype(int)):
+        frame = dataset[int(index)]
+        if teacher is not None:
+            learner.observe(frame)
+        learner.saliency(frame.rgb, frame.T_world_camera)
+        learner.unsure(learner.describe(frame.rgb), frame.T_world_camera)
 
 
 def _views(dataset: Dataset, regions: Regions) -> list[Viewpoint]:

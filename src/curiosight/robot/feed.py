@@ -86,6 +86,7 @@ class Replay:
         self._decoded: queue.Queue[Shot | BaseException] = queue.Queue(N_AHEAD)
         self._head: Shot | None = None
         self._last: Shot | None = None
+        self._failure: BaseException | None = None
         self._is_closed = False
         # A daemon, so that an interrupted program does not wait for it.
         self._thread = threading.Thread(target=self._decode, name="replay", daemon=True)
@@ -96,6 +97,8 @@ class Replay:
         until = self._clock() + timeout_s
         head = self._next(timeout_s)
         if head is None:
+            if self._failure is not None:
+                raise self._failure
             return None
         now = self._clock()
         due = self._due(head)
@@ -141,7 +144,8 @@ class Replay:
             except queue.Empty:
                 return None
             if isinstance(found, BaseException):
-                raise found
+                self._failure = found  # raised once what came before is given
+                return None
             self._head = found
         return self._head
 

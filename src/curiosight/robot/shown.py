@@ -12,7 +12,8 @@ import cv2
 from curiosight.robot.pictures import draw_labels, draw_map, to_jpeg
 from curiosight.robot.plan import Plan
 from curiosight.robot.state import ENDED, FROZEN, KEYS, PAUSED, PREPARING, RUNNING
-from curiosight.robot.watch import Watch
+from curiosight.robot.told import Verdict
+from curiosight.robot.watch import Mapped, Watch
 
 # How unsure a map is takes longer than the map: no oftener than this.
 UNSURE_EVERY_S = 1.0
@@ -38,6 +39,8 @@ class Shown:
         self._watch, self._plan, self._title = watch, plan, title
         self._save, self._clock = save, clock
         self._drawing = threading.Lock()
+        self._mapped: Mapped | None = None
+        self._given: set[str] = set()
         self._drawn: dict[str, tuple[object, float, bytes]] = {}
 
     def state(self) -> dict[str, Any]:
@@ -92,32 +95,36 @@ class Shown:
         return self._plan.content()
 
     def picture(self, name: str) -> bytes | None:
-        """Return colour, teacher, saliency or uncertainty of the newest frame, as JPEG."""
+        """Return colour, teacher, saliency or uncertainty of the newest frame, as JPEG.
+
+        Those that are asked for in turn are of one frame, what the teacher says of the last that
+        it has seen; who asks for the same again gets the newest. How unsure a map is is drawn once
+        a second.
+        """
         if name not in PICTURES:
             return None
         with self._drawing:  # one at a time, however many look
-            source = self._watch.verdict if name == "teacher" else self._watch.mapped
+            if name in self._given or self._mapped is None:
+                self._mapped, self._given = self._watch.mapped, set()
+            self._given.add(name)
+            source = self._watch.verdict if name == "teacher" else self._mapped
             if source is None:
                 return None
             key, drawn_at, jpeg = self._drawn.get(name, (None, 0.0, b""))
             is_fresh = name == "uncertainty" and self._clock() - drawn_at < UNSURE_EVERY_S
-            if key is not source and not is_fresh:
-                jpeg = self._draw(name)
+            if key is not source and not (jpeg and is_fresh):
+                jpeg = self._draw(name, source)
                 self._drawn[name] = source, self._clock(), jpeg
             return jpeg
 
-    def _draw(self, name: str) -> bytes:
-        watch = self._watch
-        if name == "teacher":
-            assert watch.verdict is not None
-            frame = watch.verdict.shot.frame
-            return to_jpeg(draw_labels(frame.rgb, watch.verdict.segmentation.labels))
-        assert watch.mapped is not None
-        frame = watch.mapped.shot.frame
+    def _draw(self, name: str, source: Mapped | Verdict) -> bytes:
+        watch, frame = self._watch, source.shot.frame
+        if isinstance(source, Verdict):
+            return to_jpeg(draw_labels(frame.rgb, source.segmentation.labels))
         if name == "colour":
             return to_jpeg(frame.rgb)
         if name == "saliency":
-            return to_jpeg(draw_map(watch.mapped.saliency))
+            return to_jpeg(draw_map(source.saliency))
         description = watch.learner.describe(frame.rgb)
         unsure = watch.learner.unsure(description, frame.T_world_camera)
         return to_jpeg(draw_map(unsure[description.row_of_pixel], colours=cv2.COLORMAP_MAGMA))
