@@ -11,14 +11,15 @@ from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config
 from curiosight.datasets import Dataset
-from curiosight.experiments.driving import DrawnDrive, plan_drive
+from curiosight.experiments.driving import DrawnDrive, parse_drawn, plan_drive
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.live_page import LivePage
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.watching import Asked, Watching
+from curiosight.experiments.watching import Asked, Watching, check_regions
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds import is_drawn, open_source
+from curiosight.worlds.sources import check_drawn
 
 # Between two lines of a run that nobody looks at in a terminal.
 LINE_EVERY_S = 5.0
@@ -34,19 +35,22 @@ def run_watch(
     seconds: float | None,
 ) -> int:
     """Watch until it is to end, keep everything, tell the results; return the exit status."""
-    if live.url is not None:
-        talk.note(f"the page: {live.url}")
     if asked.model is not None:
         load_run_model(asked.model)  # a wrong one is refused before anything is drawn
+    check_regions(config)
     with ExitStack() as stack, announce_compilation(talk.console):
         dataset, drawn = _open(talk, live, config, source, stack)
         live.say("surveying what is to be seen")
         run = Watching(config, dataset, folder, asked, drawn=drawn)
+        if drawn is None:
+            _tell_page(talk, live)
         _introduce(talk, run, source, dataset)
         live.show(run.shown)
         with CtrlC() as ctrl_c:
-            _follow(talk, run, seconds, ctrl_c)
-            summary = run.finish()
+            try:
+                _follow(talk, run, seconds, ctrl_c)
+            finally:  # whatever happens, what was learned is kept
+                summary = run.finish()
     talk.warn_of(run.problems, len(dataset), "taught nothing")
     if asked.is_learning:
         tell_lessons(talk, run.lessons, has_learned=run.has_learned)
@@ -65,9 +69,11 @@ def _open(
     if not is_drawn(source):
         live.say(f"opening {source}")
         return open_source(source, reading=config.reading), None
-    open_source(source, reading=config.reading)  # refuses what is drawn nowhere
+    check_drawn(config.reading)
+    settings = parse_drawn(str(source))
+    _tell_page(talk, live)
     live.say(f"planning a drive through {source}")
-    views, said = plan_drive(str(source))
+    views, said = plan_drive(settings)
     drive = stack.enter_context(closing(DrawnDrive(views)))
     talk.note(f"a drive is drawn first: {count(len(drive), 'frame')}{said and f', {said}'}")
     with talk.following("draw", len(drive)) as shown:
@@ -76,6 +82,12 @@ def _open(
             shown.advance()
     views.let_go()
     return drive, views
+
+
+def _tell_page(talk: Talk, live: LivePage) -> None:
+    """Say where the page is, once nothing can be refused that a refusal of one line was for."""
+    if live.url is not None:
+        talk.note(f"the page: {live.url}")
 
 
 def _introduce(talk: Talk, run: Watching, source: Path, dataset: Dataset) -> None:

@@ -13,7 +13,9 @@ from curiosight.datasets.dataset import GroundTruth
 from curiosight.frame import Camera, Frame, Pose
 from curiosight.rooms import (
     DrawnViews,
+    HomeSettings,
     HomeViews,
+    RoomSettings,
     RoomViews,
     draw_room,
     is_home,
@@ -26,20 +28,27 @@ LEAST_FRAMES = 300
 ROOM_PACE = 6
 
 
-def plan_drive(source: str, least: int = LEAST_FRAMES) -> tuple[DrawnViews, str]:
-    """Return the views of a drive through what a source names, and how they were chosen.
+def parse_drawn(source: str) -> HomeSettings | RoomSettings:
+    """Read what a source names; raises ValueError for what cannot be drawn."""
+    return parse_home(source) if is_home(source) else parse_room(source)
+
+
+def plan_drive(
+    settings: HomeSettings | RoomSettings, least: int = LEAST_FRAMES
+) -> tuple[DrawnViews, str]:
+    """Return the views of a drive through a room or home, and how they were chosen.
 
     A robot drives round the room, or through all rooms of the home; of its pictures at least so
     many are taken, evenly, so that it seems to go faster. A source that names a path of its own,
     or an arm over tables, keeps it.
     """
-    if is_home(source):
-        home = parse_home(source)
+    if isinstance(settings, HomeSettings):
+        home = settings
         if home.path is not None and home.views is not None:
             return HomeViews(replace(home, views=max(least, home.views))), ""
         path = home.path or "drive"
         return thinned(HomeViews(replace(home, path=path, views=None)), least)
-    room = parse_room(source)
+    room = settings
     if room.path is not None or room.over is not None:
         return RoomViews(draw_room(replace(room, views=max(least, room.views)))), ""
     driven = replace(room, path="drive", views=ROOM_PACE * least)

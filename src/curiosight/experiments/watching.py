@@ -87,9 +87,7 @@ class Watching:
         drawn: DrawnViews | None = None,
         keeping: Keeping | None = None,
     ) -> None:
-        if is_living(config.explorer.regions):
-            found = f"regions: expected some that stay, got {config.explorer.regions!r}"
-            raise ValueError(f"{found}: a page shows them from above")
+        check_regions(config)
         self.dataset, self.out, self.asked = dataset, out, asked
         self._keeping = keeping or Keeping()
         self.problems, self.lessons = Problems(), Lessons()
@@ -235,6 +233,13 @@ class Watching:
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary() if self.asked.is_learning else None,
         }
+
+
+def check_regions(config: Config) -> None:
+    """Raise ValueError for regions that change while they are watched."""
+    if is_living(config.explorer.regions):
+        found = f"regions: expected some that stay, got {config.explorer.regions!r}"
+        raise ValueError(f"{found}: a page shows them from above")
 
 
 def _learner(

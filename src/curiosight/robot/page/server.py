@@ -89,9 +89,9 @@ class _Server(HTTPServer):
         self.address_family = family
         self.subject = subject
         self.is_loopback = _is_loopback(host)
-        super().__init__((host, port), _Handler)
         self._pool = ThreadPoolExecutor(N_ANSWERING, thread_name_prefix="page")
         self._places = threading.BoundedSemaphore(N_ANSWERING + N_WAITING)
+        super().__init__((host, port), _Handler)
 
     def server_bind(self) -> None:
         """Bind without asking the network for a name, which may take long."""
@@ -132,6 +132,16 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         if not self._is_from_here():
             return
+        try:
+            self._show()
+        except OSError:
+            raise  # a browser that has gone
+        except Exception as error:  # what is shown fails, the page does not
+            self._send_json({"error": str(error)}, HTTPStatus.INTERNAL_SERVER_ERROR)
+
+    do_HEAD = do_GET
+
+    def _show(self) -> None:
         path = self.path.partition("?")[0]
         subject = self.server.subject
         if path in FILES:
@@ -144,8 +154,6 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, "image/jpeg", jpeg)
         else:
             self._send_json({"error": "there is no such thing"}, HTTPStatus.NOT_FOUND)
-
-    do_HEAD = do_GET
 
     def do_POST(self) -> None:
         if not self._is_from_here(is_command=True):
