@@ -288,12 +288,22 @@ def test_missing_source_is_refused(capsys: Capsys, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("source", "n"),
-    [("room:7", 12), ("room:7,path=drive,views=20", 20), ("room:7,path=orbit,views=5", 12)],
+    [
+        ("room:7,views=9", 12),
+        ("room:7,views=15", 15),
+        ("room:7,path=drive,views=20", 20),
+        ("room:7,path=orbit,views=5", 12),
+    ],
 )
 def test_drive_has_as_many_frames_as_it_must(source: str, n: int) -> None:
     views, _ = plan_drive(parse_drawn(source), least=12)
     assert len(views) == n
     assert driving.LEAST_FRAMES == 300
+
+
+def test_small_home_is_driven_round_again() -> None:
+    views, _ = plan_drive(parse_drawn("home:3,rooms=1"), least=1000)
+    assert len(views) == 1000
 
 
 def test_drive_through_a_home_goes_through_all_rooms() -> None:

@@ -46,13 +46,16 @@ def plan_drive(
         home = settings
         if home.path is not None and home.views is not None:
             return HomeViews(replace(home, views=max(least, home.views))), ""
-        path = home.path or "drive"
-        return thinned(HomeViews(replace(home, path=path, views=None)), least)
+        driven = replace(home, path=home.path or "drive", views=None)
+        views = HomeViews(driven)
+        if len(views) < least:  # it goes round again
+            return HomeViews(replace(driven, views=least), like=views), ""
+        return thinned(views, max(least, home.rooms * (home.views or 0)))
     room = settings
     if room.path is not None or room.over is not None:
         return RoomViews(draw_room(replace(room, views=max(least, room.views)))), ""
-    driven = replace(room, path="drive", views=ROOM_PACE * least)
-    return thinned(RoomViews(draw_room(driven)), least)
+    n = max(least, room.views)
+    return thinned(RoomViews(draw_room(replace(room, path="drive", views=ROOM_PACE * n))), n)
 
 
 def thinned(views: DrawnViews, n: int) -> tuple[DrawnViews, str]:
