@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import signal
 import socket
 import threading
@@ -140,6 +141,46 @@ def test_it_goes_on_with_a_model_and_leaves_that_as_it_was(
     succeed(capsys, "watch", room, "--model", model, "--learn", "--seconds", 0.5, "--out", out)
     assert (model / "model.npz").read_bytes() == before
     assert SaliencyLearner.load(out).n_samples > n_samples
+
+
+@pytest.mark.parametrize("given", [(), ("--learn",)])
+def test_model_in_the_folder_that_is_overwritten_is_not_lost(
+    capsys: Capsys,
+    room: Path,
+    model: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    given: tuple[str, ...],
+) -> None:
+    """Not where nothing is learned, and not where the watch ends before it could write another."""
+    out = tmp_path / "run"
+    shutil.copytree(model, out)
+
+    def failing(*_: object) -> None:
+        raise OSError(5, "Input/output error", "the disk")
+
+    monkeypatch.setattr(SaliencyLearner, "save", failing)
+    call(
+        capsys,
+        *("watch", room, "--model", out, *given, "--seconds", 0.2),
+        *("--out", out, "--overwrite"),
+    )
+    assert (out / "model.npz").read_bytes() == (model / "model.npz").read_bytes()
+    assert "looks.csv" in files(out)
+
+
+def test_settings_name_the_strategy(capsys: Capsys, room: Path, tmp_path: Path) -> None:
+    settings = tmp_path / "settings.toml"
+    settings.write_text('[explorer]\nstrategy = "sweep"\n')
+    strategies = {}
+    for name, given in {"set": ("--config", settings), "open": ()}.items():
+        told = succeed(
+            capsys,
+            *("watch", room, "--learn", *given, "--seconds", 0.2),
+            *("--out", tmp_path / name, "--json"),
+        )
+        strategies[name] = json.loads(told.out)["strategy"]
+    assert strategies == {"set": "sweep", "open": "progress-rate"}
 
 
 def test_without_learn_it_maps_by_a_model_and_compares(

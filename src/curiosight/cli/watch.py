@@ -101,7 +101,7 @@ def watch(
         from curiosight.cli.watch_run import run_watch
         from curiosight.config import load_config
         from curiosight.experiments.output import OutputFolder
-        from curiosight.experiments.watching import Asked
+        from curiosight.experiments.watch_parts import Asked
 
         talk = Talk(quiet=quiet, as_json=json)
         settings = load_config(

@@ -15,7 +15,8 @@ from curiosight.experiments.driving import DrawnDrive, parse_drawn, plan_drive
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.live_page import LivePage
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.watching import Asked, Watching, check_regions
+from curiosight.experiments.watch_parts import Asked, check_regions
+from curiosight.experiments.watching import Watching
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds import is_drawn, open_source

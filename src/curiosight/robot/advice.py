@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -92,6 +93,8 @@ class Advice:
         self._target: Viewpoint | None = None
         self._pinned: int | None = None
         self._n_pinned = 0
+        # Held by who tells a look, and by who asks: what is told fits together.
+        self._telling = threading.RLock()
 
     @property
     def pinned(self) -> int | None:
@@ -103,15 +106,20 @@ class Advice:
         if region is not None and region not in self._regions:
             known = ", ".join(map(str, self._regions))
             raise ValueError(f"region: expected one of {known}, got {region}")
-        self._pinned = region
-        if region is not None:
-            self._head_for(self._regions[region].views[0])
+        with self._telling:
+            self._pinned = region
+            if region is not None:
+                self._head_for(self._regions[region].views[0])
 
     def look(self, index: int | None, outcome: Outcome, seconds: float) -> None:
         """Take note of a look at a view; seconds: since the start. Then choose where to go."""
         view = None if index is None else self._view_of.get(index)
         if view is None:
             return
+        with self._telling:
+            self._look(view, outcome, seconds)
+
+    def _look(self, view: Viewpoint, outcome: Outcome, seconds: float) -> None:
         self.n_looks += 1
         region = self._regions.get(view.region)
         if region is not None:
@@ -177,6 +185,10 @@ class Advice:
 
     def why(self) -> dict[str, Any] | None:
         """Return why `goal`, JSON-able, as the page tells it; None before there is one."""
+        with self._telling:
+            return self._why()
+
+    def _why(self) -> dict[str, Any] | None:
         goal = self.goal
         if goal is None:
             return None
@@ -210,30 +222,32 @@ class Advice:
 
     def regions(self) -> list[dict[str, Any]]:
         """Return what is known of each region, JSON-able."""
-        return [
-            {
-                "id": number,
-                "name": region.name,
-                "n_looks": region.n_looks,
-                "error": _plain(region.error),
-                "progress": _plain(region.progress_now()),
-            }
-            for number, region in self._regions.items()
-        ]
+        with self._telling:
+            return [
+                {
+                    "id": number,
+                    "name": region.name,
+                    "n_looks": region.n_looks,
+                    "error": _plain(region.error),
+                    "progress": _plain(region.progress_now()),
+                }
+                for number, region in self._regions.items()
+            ]
 
     def curves(self) -> dict[str, Any]:
         """Return (seconds, value) curves: the error of all looks, and each region's, JSON-able."""
-        return {
-            "error": _rounded(self._errors),
-            "regions": [
-                {
-                    "id": number,
-                    "error": _rounded(region.errors),
-                    "progress": _rounded(region.progress),
-                }
-                for number, region in self._regions.items()
-            ],
-        }
+        with self._telling:
+            return {
+                "error": _rounded(self._errors),
+                "regions": [
+                    {
+                        "id": number,
+                        "error": _rounded(region.errors),
+                        "progress": _rounded(region.progress),
+                    }
+                    for number, region in self._regions.items()
+                ],
+            }
 
 
 def _plain(number: float | None) -> float | None:

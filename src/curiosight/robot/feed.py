@@ -138,7 +138,7 @@ class Replay:
 
     def _next(self, timeout_s: float) -> Shot | None:
         """Return the next decoded frame, which stays; None = not yet."""
-        if self._head is None:
+        if self._head is None and self._failure is None:
             try:
                 found = self._decoded.get(timeout=timeout_s) if timeout_s else self._pop()
             except queue.Empty:

@@ -56,7 +56,9 @@ class Shown:
             }
         values["model_age_s"] = _rounded(watch.model_age_s)
         if advice is not None:
-            values |= {"regions": advice.regions(), "goal": advice.goal, "why": advice.why()}
+            why = advice.why()
+            goal = None if why is None else why["chosen"]
+            values |= {"regions": advice.regions(), "goal": goal, "why": why}
         return values
 
     def _word(self) -> str:
