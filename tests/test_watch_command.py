@@ -156,7 +156,7 @@ def test_model_in_the_folder_that_is_overwritten_is_not_lost(
     out = tmp_path / "run"
     shutil.copytree(model, out)
 
-    def failing(*_: object) -> None:
+    def failing(*_: object, **__: object) -> None:
         raise OSError(5, "Input/output error", "the disk")
 
     monkeypatch.setattr(SaliencyLearner, "save", failing)
@@ -328,13 +328,7 @@ def test_missing_source_is_refused(capsys: Capsys, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("source", "n"),
-    [
-        ("room:7,views=9", 12),
-        ("room:7,views=15", 15),
-        ("room:7,path=drive,views=20", 20),
-        ("room:7,path=orbit,views=5", 12),
-    ],
+    ("source", "n"), [("room:7,views=15", 15), ("room:7,path=orbit,views=5", 12)]
 )
 def test_drive_has_as_many_frames_as_it_must(source: str, n: int) -> None:
     views, _ = plan_drive(parse_drawn(source), least=12)
