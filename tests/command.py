@@ -51,6 +51,13 @@ def files(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
+def without_times(out: Path) -> dict[str, bytes]:
+    """Return the content of all files of a contest but those that tell times of the clock."""
+    return {
+        name: (out / name).read_bytes() for name in files(out) if not name.endswith("timings.json")
+    }
+
+
 def interrupt_at(
     monkeypatch: pytest.MonkeyPatch,
     owner: object,

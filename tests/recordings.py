@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ from scipy.spatial.transform import Rotation
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.layouts import seven_scenes
 from curiosight.frame import Camera, Pose
-from room import View, kinect, poses_around, render
+from room import View, kinect, look, poses_around, render
+from room_world import SMALL_ROOM
 
 SIZE = (160, 120)
 FIRST_STAMP = 1305031229.5
@@ -131,15 +133,40 @@ def write_folder(
     poses = poses_around(n_frames)
     views = [render(camera, pose) for pose in poses]
     for index, view in enumerate(views):
-        write_image(root / f"rgb/{index:06d}.png", view.rgb)
-        write_depth(root / f"depth/{index:06d}.png", view.depth)
-        if with_ground_truth:
-            write_image(root / f"ground_truth/{index:06d}.png", view.ground_truth)
+        _write_view(root, index, view, with_ground_truth=with_ground_truth)
     if with_poses:
         lines = [pose_line(FIRST_STAMP + 0.1 * index, pose) for index, pose in enumerate(poses)]
         (root / "poses.txt").write_text("\n".join(lines))
     write_camera_file(root, camera)
     return views
+
+
+def write_rooms(root: Path, n_rooms: int = 3, n_corners: int = 6, n_near: int = 3) -> None:
+    """Write a plain folder of rooms 12 m apart; in each corner of one all colours are others.
+
+    So one look teaches little about a room. Of a corner there are `n_near` neighbouring views.
+    """
+    camera, rng = kinect(*SIZE), np.random.default_rng(0)
+    lines: list[str] = []
+    for room, corner in np.ndindex(n_rooms, n_corners):
+        boxes = tuple(replace(box, colour=tuple(rng.integers(0, 256, 3))) for box in SMALL_ROOM)
+        turn = Rotation.from_euler("z", 2 * np.pi * corner / n_corners)
+        T_world_corner = np.eye(4)
+        T_world_corner[:3, :3], T_world_corner[0, 3] = turn.as_matrix(), 12 * room
+        for heading in np.linspace(-8, 8, n_near):
+            index = len(lines)
+            pose = look(heading)
+            _write_view(root, index, render(camera, pose, boxes))
+            lines.append(pose_line(FIRST_STAMP + 0.1 * index, T_world_corner @ pose))
+    (root / "poses.txt").write_text("\n".join(lines))
+    write_camera_file(root, camera)
+
+
+def _write_view(root: Path, index: int, view: View, *, with_ground_truth: bool = True) -> None:
+    write_image(root / f"rgb/{index:06d}.png", view.rgb)
+    write_depth(root / f"depth/{index:06d}.png", view.depth)
+    if with_ground_truth:
+        write_image(root / f"ground_truth/{index:06d}.png", view.ground_truth)
 
 
 def annotation(view: View) -> npt.NDArray[np.uint8]:

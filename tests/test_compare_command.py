@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -11,18 +12,21 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from command import files, refusal, succeed
+from command import files, refusal, succeed, without_times
+from curiosight.cli import compare
 from curiosight.cli.app import run
 from curiosight.config import load_config
-from curiosight.experiments.contest.backends import make_workers
+from curiosight.errors import DataError
+from curiosight.experiments import output
 from curiosight.experiments.contest.contest import Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings
-from curiosight.experiments.contest.tasks import RunTask
+from curiosight.experiments.contest.sole_writer import LOCK, sole_writer
 
 Capsys = pytest.CaptureFixture[str]
 N_LOOKS = 6
@@ -55,13 +59,6 @@ def arguments(source: Path) -> list[str]:
 
 def runs_of(out: Path) -> list[Path]:
     return sorted(path.parent for path in out.glob("runs/*/*/run.json"))
-
-
-def without_times(out: Path) -> dict[str, bytes]:
-    """Return the content of all files but those that tell times of the clock."""
-    return {
-        name: (out / name).read_bytes() for name in files(out) if not name.endswith("timings.json")
-    }
 
 
 def test_table_has_every_figure_of_every_strategy(contest: Path, room: Path) -> None:
@@ -122,6 +119,38 @@ def test_finished_contest_only_writes_its_results_again(
 
 
 @pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("source.json", None),
+        ("source.json", b"{}"),
+        ("source.json", b'{"visi'),
+        ("metres.npy", b"\x93NUMPY"),
+        ("phase0/shown-rows.npy", b""),
+        ("phase0/shown-look-starts.npy", None),
+    ],
+)
+def test_damaged_preparation_is_named(
+    name: str, content: bytes | None, unfinished: Path, capsys: Capsys
+) -> None:
+    folder = next((unfinished / "prepared").iterdir())
+    (folder / name).unlink()
+    if content is not None:
+        (folder / name).write_bytes(content)
+    prepared = "remove this folder, and it is made again"
+    line = refusal(capsys, "compare", "--out", unfinished, "--resume", "--workers", 1)
+    assert f"{folder}: is not whole (" in line
+    assert line.endswith(prepared)
+
+
+def test_preparation_that_was_removed_is_made_again_the_same(
+    copied: Path, contest: Path, capsys: Capsys
+) -> None:
+    shutil.rmtree(next((copied / "prepared").iterdir()))
+    succeed(capsys, "compare", "--out", copied, "--resume", "--workers", 1)
+    assert without_times(copied) == without_times(contest)
+
+
+@pytest.mark.parametrize(
     ("options", "named"),
     [
         (["--seeds", "3"], "expected seeds as in compare.toml, 2; got 3"),
@@ -161,6 +190,19 @@ def test_what_cannot_be_compared_is_refused_before_anything_is_written(
     assert not out.exists()
 
 
+def test_source_under_two_names_is_refused(room: Path, tmp_path: Path, capsys: Capsys) -> None:
+    line = refusal(capsys, "compare", room, f"{room}/", "--out", tmp_path / "out")
+    assert f"sources: expected each once, got '{room}' and '{room}/'" in line
+
+
+@pytest.mark.parametrize("seeds", ["true", '"2"', "2.0"])
+def test_settings_that_were_edited_are_refused(seeds: str, copied: Path, capsys: Capsys) -> None:
+    text = (copied / "compare.toml").read_text()
+    (copied / "compare.toml").write_text(text.replace("seeds = 2", f"seeds = {seeds}"))
+    line = refusal(capsys, "compare", "--out", copied, "--resume")
+    assert "seeds: expected a whole number, got" in line
+
+
 def test_folder_that_is_not_empty_needs_resume(contest: Path, room: Path, capsys: Capsys) -> None:
     line = refusal(capsys, *arguments(room), "--out", contest)
     assert "exists and is not empty; choose another --out, or add --resume" in line
@@ -169,6 +211,63 @@ def test_folder_that_is_not_empty_needs_resume(contest: Path, room: Path, capsys
 def test_there_must_be_something_to_resume(tmp_path: Path, capsys: Capsys) -> None:
     line = refusal(capsys, "compare", "--out", tmp_path, "--resume")
     assert "has no compare.toml to go on with" in line
+
+
+def test_folder_that_another_writes_is_left_to_it(copied: Path, capsys: Capsys) -> None:
+    with sole_writer(copied):
+        before = files(copied)
+        line = refusal(capsys, "compare", "--out", copied, "--resume")
+        assert f"is being written by another compare, process {os.getpid()}" in line
+        assert files(copied) == before
+
+
+def test_folder_that_another_has_begun_meanwhile_is_left_to_it(copied: Path) -> None:
+    contest = Contest(Contest.resumed(copied).settings, copied)
+    before = files(copied)
+    with pytest.raises(DataError, match="has become another compare's"), contest.begun():
+        pass
+    assert files(copied) == before
+
+
+def test_two_begun_in_the_same_second_have_folders_of_their_own(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(output, "datetime", Midnight)
+    taken = Path("runs") / f"compare-{Midnight.now():%Y%m%d-%H%M%S}"
+    monkeypatch.setattr(compare, "check_settings", lambda _: taken.mkdir(parents=True))
+    monkeypatch.setattr(compare, "_follow", lambda *given: setattr(given[-1], "status", 130))
+    assert run(arguments(room)) == 130
+    assert list(taken.iterdir()) == []
+    assert files(taken.with_name(f"{taken.name}-2")) == {"compare.toml"}
+
+
+class Midnight:
+    """A clock that stands."""
+
+    @staticmethod
+    def now() -> datetime:
+        return datetime(2026, 1, 1)
+
+
+def test_folder_of_other_files_is_nothing_to_resume(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    line = refusal(capsys, *arguments(room), "--out", tmp_path, "--resume")
+    assert "has no compare.toml to go on with, but other files; choose another --out" in line
+    assert files(tmp_path) == {"notes.txt"}
+
+
+def test_compare_killed_at_its_start_is_begun_again(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    (tmp_path / LOCK).write_text("process 1 on nowhere\n")
+    (tmp_path / ".compare.toml.1.partial").touch()
+    assert "or add --resume" in refusal(capsys, *arguments(room), "--out", tmp_path)
+    monkeypatch.setattr(compare, "_follow", lambda *given: setattr(given[-1], "status", 130))
+    assert run([*arguments(room), "--out", str(tmp_path), "--resume"]) == 130
+    assert files(tmp_path) == {"compare.toml"}
 
 
 def test_home_must_change_before_a_run_is_over(tmp_path: Path, capsys: Capsys) -> None:
@@ -221,6 +320,7 @@ def test_killed_contest_is_resumed_with_the_same_bytes(
     process.kill()
     process.wait()
     assert 1 <= len(runs_of(unfinished)) < 4
+    assert (unfinished / LOCK).exists()
     succeed(capsys, "compare", "--out", unfinished, "--resume", "--workers", 1)
     assert without_times(unfinished) == without_times(contest)
 
@@ -235,31 +335,3 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
     assert "Traceback" not in err
     assert 1 <= len(runs_of(unfinished)) < 4
     assert not (unfinished / "table.json").exists()
-
-
-def test_ray_makes_the_same_bytes_though_a_worker_is_killed(
-    unfinished: Path, contest: Path
-) -> None:
-    ray = pytest.importorskip("ray")
-    unfinished_contest = Contest.resumed(unfinished)
-    workers = make_workers("ray", n_workers=1)
-    try:
-        killed = False
-        for task in unfinished_contest.finished(workers, lambda: False):
-            assert isinstance(task, RunTask)
-            if not killed:
-                killed = kill_worker(ray)
-        assert killed
-    finally:
-        workers.close()
-    made, expected = without_times(unfinished), without_times(contest)
-    runs = {name for name in expected if name.startswith("runs/")}
-    assert {name: made[name] for name in runs} == {name: expected[name] for name in runs}
-
-
-def kill_worker(ray: object) -> bool:
-    """Kill the worker of a local cluster while it is at a task."""
-    found = subprocess.run(["pgrep", "-f", "^ray::work"], capture_output=True, text=True)
-    for line in found.stdout.split():
-        subprocess.run(["kill", "-9", line], check=True)
-    return bool(found.stdout.split())

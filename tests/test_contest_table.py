@@ -11,7 +11,7 @@ from curiosight.experiments.contest.runs import RunRecord
 from curiosight.experiments.contest.series import band_of
 from curiosight.experiments.contest.settings import folder_name
 from curiosight.experiments.contest.table import Curve, curve_of, error_at, looks_until_back, spread
-from curiosight.viewing.contest.tables import cost, leaderboard, ranked
+from curiosight.viewing.contest.tables import BOARDS, cost, leaderboard, ranked
 
 
 def record(errors: dict[int, list[float]], seconds: list[float]) -> RunRecord:
@@ -90,12 +90,36 @@ def test_lower_bounds_are_marked_and_who_never_gets_there_is_last() -> None:
 
 
 def test_leaderboard_is_ordered_by_the_geometric_mean_of_ratios() -> None:
-    sources = {
-        "a": {"strategies": {"x": row(10, 2), "y": row(40, 2)}},
-        "b": {"strategies": {"x": row(200, 2), "y": row(100, 2)}},
-    }
-    lines = leaderboard({"sources": sources}).splitlines()
-    assert [line.split(" | ")[:2] for line in lines[-2:]] == [["| x", "1.41"], ["| y", "2.00"]]
+    def of(x: tuple[float, int], y: tuple[float, int], f1: float) -> dict[str, object]:
+        offline = {"error": 1 - f1, "f1": f1}
+        return {"offline": offline, "strategies": {"x": costs(*x), "y|z": costs(*y)}}
+
+    sources = {"a": of((10, 2), (40, 2), 0.8), "b": of((200, 2), (100, 1), 0.7)}
+    text = leaderboard({"sources": sources})
+    assert text.startswith("# Leaderboard\n\n2 sources, 2 seeds each.")
+    assert "| a | 0.800 | x |\n| b | 0.700 | y\\|z |\n" in text
+    boards = text.split("## ")[1:]
+    assert [board.splitlines()[0] for board in boards] == [title for title, _, _ in BOARDS]
+    for board in boards:
+        rows = [line for line in board.splitlines() if line.startswith("| ")][2:]
+        assert rows == [
+            "| x | 1.41 | 10 [9, 11] | 200 [199, 201] |",
+            "| y\\|z | ≥ 2.00 | 40 [39, 41] | ≥ 100 [99, 101] (1 of 2) |",
+        ]
+
+
+def test_who_never_gets_there_does_not_lead_by_short_runs() -> None:
+    rows = {"short": costs(3, 0), "slow": costs(20, 1), "fast": costs(10, 2)}
+    table = {"offline": {"error": 0.2, "f1": 0.8}, "strategies": rows}
+    board = leaderboard({"sources": {"a": table, "b": table}}).split("## ")[1]
+    first = [line.split(" | ")[:2] for line in board.splitlines() if line.startswith("| ")][2:]
+    assert first == [["| fast", "1.00"], ["| slow", "≥ 2.00"], ["| short", "≥ 0.30"]]
+
+
+def costs(mean: float, reached: int) -> dict[str, object]:
+    figure = {"mean": mean, "low": mean - 1, "high": mean + 1}
+    rows = {f"{unit}_to_{level}": figure for _, unit, level in BOARDS}
+    return {"n": 2, "reached_90": reached, "reached_95": reached, **rows}
 
 
 def test_folder_names_differ_and_are_plain() -> None:

@@ -11,6 +11,10 @@ import pytest
 
 from command import call, files, refusal, succeed
 from curiosight.cli.app import run
+from curiosight.config import load_config
+from curiosight.experiments.paper_figures.from_above import ViewsFromAbove
+from curiosight.explorer.from_above import seen_from_above
+from curiosight.worlds.sources import open_source
 from recordings import write_folder, write_image
 
 Capsys = pytest.CaptureFixture[str]
@@ -156,6 +160,27 @@ def test_where_nothing_is_salient_there_are_still_regions_from_above(
     assert len(warnings) == 1
     assert "figure 2: " in warnings[0]
     assert "has no test frame with anything salient" in warnings[0]
+
+
+def test_examples_are_frames_that_show_something(capsys: Capsys, tmp_path: Path) -> None:
+    source, out = tmp_path / "few", tmp_path / "out"
+    views = write_folder(source, 20)
+    for index, view in enumerate(views):
+        if index != 10:  # frames 0 and 10 are tested
+            write_image(source / f"ground_truth/{index:06d}.png", 0 * view.ground_truth)
+    succeed(capsys, "figures", source, "--figure", "2", *QUICK, "--out", out)
+    assert [row["id"] for row in table(out, "figure-2.csv")] == ["000010"]
+
+
+def test_views_of_a_drawn_room_are_joined_only_on_a_path() -> None:
+    for source, is_way in (("room:5,views=4", False), ("room:5,views=4,path=orbit", True)):
+        dataset = open_source(Path(source))
+        views = ViewsFromAbove.of(load_config(None, None, {}), dataset, None)
+        assert views.is_way is is_way
+        (walls,) = views.outlines
+        above = seen_from_above(views.poses, views.up).positions
+        assert (walls.min(axis=0) < above.min(axis=0)).all()
+        assert (above.max(axis=0) < walls.max(axis=0)).all()
 
 
 def test_thing_that_is_seen_late_is_followed_in_a_drawn_room(

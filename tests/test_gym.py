@@ -21,7 +21,7 @@ from curiosight.experiments.contest.prepared import META, Prepared, read_tests, 
 from curiosight.experiments.contest.running import Run
 from curiosight.experiments.contest.tour import Tour
 from curiosight.frame import Viewpoint
-from recordings import write_folder
+from recordings import write_folder, write_rooms
 
 DOCS = Path(__file__).parent.parent / "docs" / "gym.md"
 N_VIEWS, N_REGIONS, N_LOOKS = 15, 3, 12
@@ -228,6 +228,19 @@ def test_sources_are_kept_where_one_says(source: str, tmp_path: Path) -> None:
     assert len(list(tmp_path.glob(f"*/{META}"))) == 2, "what it is to be taught is another"
 
 
+def test_a_home_is_prepared_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gymnasium")
+    from curiosight.gym import sources
+
+    asked: list[tuple[str, Path]] = []
+    monkeypatch.setattr(sources, "prepare", lambda place, _, to: asked.append((place, to)))
+    for home in ("home:31,views=4", "home:31,views=5"):
+        sources.prepared_source(home, settings(), tmp_path)
+    assert [place for place, _ in asked] == ["home:31,views=4", "home:31,views=5"]
+    assert len({folder for _, folder in asked}) == 2
+    assert {folder.parent for _, folder in asked} == {tmp_path}
+
+
 def test_without_a_folder_a_source_is_kept_until_the_process_ends(
     source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -251,17 +264,22 @@ def test_the_extra_is_named_where_gymnasium_is_missing(monkeypatch: pytest.Monke
 
 
 def test_the_documented_bandit_loses_to_sweep(tmp_path: Path) -> None:
-    """What docs/gym.md says, in a smaller home and less time."""
-    home, seconds = "home:31,rooms=3,views=4", 100.0
-    arguments = {"folder": tmp_path, "config": load_config(), "n_looks": 400}
-    agents = {"bandit": IDS[0], "sweep": IDS[1]}
-    means = {}
-    for agent, name in agents.items():
-        env = make(home, name=name, max_seconds=seconds, **arguments)
-        means[agent] = [
-            mean_over_time(list(documented()[agent](env, seed)), seconds) for seed in range(4)
-        ]
-    assert np.mean(means["bandit"]) > np.mean(means["sweep"]) + 0.03
+    """What docs/gym.md says of a home, of three small rooms that are as far apart."""
+    write_rooms(tmp_path / "rooms", n_near=3)
+    config = load_config(overrides={"test.every": 3, "test.gap": 0, "run.n_threads": 1})
+    seconds, seeds = 100.0, range(4)
+    errors, looks = {}, {}
+    for agent, name in {"bandit": IDS[0], "sweep": IDS[1]}.items():
+        env = make(
+            str(tmp_path / "rooms"), tmp_path, name, config=config, n_looks=99, max_seconds=seconds
+        )
+        assert env.unwrapped.ground.n_regions == 3
+        runs = [list(documented()[agent](env, seed)) for seed in seeds]
+        errors[agent] = np.array([mean_over_time(rows, seconds) for rows in runs])
+        looks[agent] = np.array([len(rows) for rows in runs])
+    assert (2 * looks["bandit"] < looks["sweep"]).all(), "it goes back and forth between rooms"
+    assert (errors["bandit"] > errors["sweep"]).all()
+    assert errors["bandit"].mean() > errors["sweep"].mean() + 0.06
 
 
 def documented() -> dict[str, Any]:

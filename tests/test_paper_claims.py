@@ -63,6 +63,35 @@ def test_errors_the_other_way_round_give_no() -> None:
     assert [claim.holds for claim in claims] == [False] * 6
 
 
+def test_two_seeds_do_not_tell_how_much_seeds_differ() -> None:
+    curves = {name: falling(0.9, 0.3, spread=0.1) for name in ("chronological", "random", "iac")}
+    n_claims = [
+        len(claims_of_errors({name: one[:n] for name, one in curves.items()}, 0.2, 0.6, seed=0))
+        for n in (2, 3)
+    ]
+    assert n_claims == [5, 6]
+
+
+def settling(fall_after: float, end: float) -> list[Curve]:
+    """Curves of three seeds, 1200 looks long: flat, and lower by so much after look 1000."""
+    errors = np.where(np.arange(1, 1201) <= 1000, end + fall_after, end)
+    return [curve(errors + shift) for shift in (-1e-3, 0, 1e-3)]
+
+
+def test_1000_looks_suffice_where_little_is_gained_after_them() -> None:
+    curves = {
+        "chronological": settling(0.0, 0.2),
+        "random": settling(0.002, 0.22),
+        "iac": settling(0.1, 0.2),
+    }
+    claims = claims_of_errors(curves, 0.2, None, seed=0)[-4:]
+    assert [claim.claim.split(",")[0] for claim in claims] == ["random"] * 2 + ["iac"] * 2
+    assert [claim.holds for claim in claims] == [True, True, False, False]
+    reached, later = claims[:2]
+    assert reached.value == pytest.approx(0.778 / 0.8 - 0.95)
+    assert later.value == pytest.approx(0.01 - 0.002)
+
+
 def test_time_that_moves_is_told_from_time_that_does_not() -> None:
     still, moving = np.full((2, 10), 0.5), np.repeat([[0.0], [1.0]], 10, axis=1)
     moving[:, 5:] = moving[::-1, 5:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -21,10 +22,13 @@ from curiosight.explorer.motivations import (
     Forgetting,
     Motivation,
     Novelty,
+    Progress,
+    ProgressAndForgetting,
     Uncertainty,
 )
 from curiosight.explorer.oracle import Oracle
 from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.progress import ProgressMeter
 from curiosight.explorer.rl_iac import Planned, solve
 from curiosight.explorer.sampled_q import SampledQ
 from curiosight.explorer.strategies import ORACLE, STRATEGIES, Strategy, make_strategy
@@ -32,7 +36,10 @@ from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 from test_strategies import make_views
 
-DECIDING = ("sweep", "iac", "rl-iac", "rl-iac:sampled", "error", "novelty", "uncertainty")
+DECIDING = (
+    "sweep", "iac", "rl-iac", "rl-iac:sampled", "error", "novelty", "uncertainty",
+    "progress-forgetting",
+)  # fmt: skip
 
 
 def ways(start: Viewpoint, goals: Sequence[Viewpoint]) -> Floats:
@@ -94,6 +101,35 @@ def test_forgetting_grows_with_the_looks_elsewhere() -> None:
     for _ in range(10):
         motivation.add(5, Outcome(0.5))
     assert motivation.interest(4) == pytest.approx(1 - 0.96**10)
+
+
+def test_progress_and_forgetting_draw_half_and_half() -> None:
+    motivation = ProgressAndForgetting(Progress(ProgressMeter(theta=5)), theta=5)
+    motivation.add(4, Outcome(0.9))
+    assert motivation.interest(4) is None  # one error has no slope
+    for error in (0.7, 0.5, 0.3, 0.1):
+        motivation.add(4, Outcome(error))
+    falling = 2 / np.pi * np.arctan(5 * 0.2)
+    assert motivation.interest(4) == pytest.approx(0.5 * falling)
+    for error in (0.1, 0.3, 0.5, 0.7):  # a growing error draws as much
+        motivation.add(7, Outcome(error))
+    assert motivation.interest(7) == pytest.approx(0.5 * falling)
+    assert motivation.interest(4) == pytest.approx(0.5 * falling + 0.5 * (1 - 0.96**4))
+    assert motivation.interest(5) is None
+
+
+def test_progress_and_forgetting_comes_back_where_nothing_falls_any_more() -> None:
+    strategy = make_strategy("progress-forgetting", make_views(9, 9, 9), rng(), random_share=0)
+    regions = []
+    for _ in range(90):
+        view = strategy.choose()
+        strategy.update(view, Outcome(0.5))
+        regions.append(view.region)
+    stays = regions[6::10]  # after two looks in each
+    assert all(a != b for a, b in itertools.pairwise(stays))
+    assert set(stays) == {0, 1, 2}
+    with pytest.raises(ValueError, match="forgetting_share: expected 0 to 1, got 2"):
+        ProgressAndForgetting(Progress(ProgressMeter()), forgetting_share=2)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from curiosight.errors import DataError
 from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.grouping import MAX_GROUPED, group_by_ways
 from curiosight.explorer.region_files import file_regions
 from curiosight.explorer.regions import (
     make_regions,
@@ -193,6 +194,23 @@ def test_rooms_are_told_apart_by_the_ways_between_them() -> None:
     by_heading = make_regions("auto:4", poses, ids, metres=metres)
     assert by_heading.n_regions == 24
     assert np.bincount(by_heading.of_view).min() >= 5
+
+
+def test_of_thousands_of_views_few_ways_are_asked_for() -> None:
+    _, metres = home_ways(6, 150)
+    asked: set[int] = set()
+
+    class Rows:
+        def __len__(self) -> int:
+            return len(metres)
+
+        def __getitem__(self, view: int, /) -> np.ndarray:
+            asked.add(view)
+            return metres[view]
+
+    found = group_by_ways(Rows())
+    np.testing.assert_array_equal(found, np.repeat(np.arange(6), 150))
+    assert len(asked) == MAX_GROUPED < len(metres)
 
 
 def test_one_room_is_not_told_apart_from_others() -> None:

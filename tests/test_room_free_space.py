@@ -114,3 +114,21 @@ def test_poses_stand_free_with_room_ahead() -> None:
 )
 def test_distance_to_the_wall_ahead(heading: float, metres: float) -> None:
     assert distance_to_wall(L_SHAPE, place(1, 1), heading) == pytest.approx(metres)
+
+
+def test_straight_ways_are_clear_where_every_half_cell_of_them_is_free() -> None:
+    obstacles = [corners(np.array([1.0, 1.0, 2.0, 2.0])), corners(np.array([2.6, 0.5, 2.9, 3.0]))]
+    space = FreeSpace(SQUARE, obstacles, radius=0.1)
+    places = space.draw_places(80, np.random.default_rng(1))
+    for start in places[:10]:
+        expected = [is_clear(space, start, goal, places) for goal in places]
+        np.testing.assert_array_equal(space._are_clear(start, places), expected)
+        assert 10 < sum(expected) < 70
+
+
+def is_clear(
+    space: FreeSpace, start: np.ndarray, goal: np.ndarray, goals: np.ndarray, cell: float = 0.05
+) -> bool:
+    longest = max(np.linalg.norm(one - start) for one in goals)
+    shares = np.linspace(0, 1, 2 + int(longest / (0.5 * cell)))
+    return all(space.contains(start + share * (goal - start)) for share in shares)

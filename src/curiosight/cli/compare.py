@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,8 +23,10 @@ from curiosight.experiments.comparing import split_names
 from curiosight.experiments.contest.backends import Workers, make_workers
 from curiosight.experiments.contest.contest import SETTINGS, Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings, absolute_regions
+from curiosight.experiments.contest.sole_writer import LOCK
 from curiosight.experiments.contest.table import make_table
 from curiosight.experiments.contest.tasks import RunTask
+from curiosight.experiments.contest.whole import PARTIAL
 from curiosight.experiments.output import OutputFolder, write_json_file
 from curiosight.viewing.contest.tables import cost, ranked, reached
 
@@ -154,14 +157,21 @@ def compare(
             "teacher.source": teacher,
         },
     )
-    contest = _open(given, out, is_resumed=resume)
     pool = make_workers(backend, n_workers=workers, address=address or "")
-    try:
-        with CtrlC() as ctrl_c:
-            contest.begin()
-            _follow(talk, contest, pool, ctrl_c)
-    finally:
-        pool.close()
+    contest = _open(given, out, is_resumed=resume)
+    with closing(pool):
+        if not contest.is_whole():
+            pool.begin()
+        with contest.begun():
+            table = _make(talk, contest, pool)
+    rows = {**_rows(table), "written to": contest.folder}
+    talk.results("compare", rows, {**table, "out": str(contest.folder)})
+
+
+def _make(talk: Talk, contest: Contest, pool: Workers) -> Mapping[str, Any]:
+    """Have done what is missing, and write what was found; return the table."""
+    with closing(pool), CtrlC() as ctrl_c:  # closed while nobody else may write
+        _follow(talk, contest, pool, ctrl_c)
     n_missing = contest.n_missing()
     if n_missing:
         n_done = f"{contest.n_runs - n_missing} of {count(contest.n_runs, 'run')}"
@@ -171,8 +181,7 @@ def compare(
     table = make_table(contest)
     write_json_file(contest.folder / TABLE, table)
     write_reports(contest, table, _command_again(contest.settings))
-    rows = {**_rows(table), "written to": contest.folder}
-    talk.results("compare", rows, {**table, "out": str(contest.folder)})
+    return table
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,9 +253,28 @@ def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:
         assert out is not None
         raise DataError(out, f"has no {SETTINGS} to go on with", "name the sources, too")
     settings = given.settings()
-    folders = [OutputFolder(out, "compare", Path(s), option="--resume") for s in settings.sources]
+    is_begun = is_resumed and out is not None and _is_barely_begun(out)
+    folders = [
+        OutputFolder(out, "compare", Path(s), option="--resume", overwrite=is_begun)
+        for s in settings.sources
+    ]
     check_settings(settings)
-    return Contest(settings, folders[0].path)
+    # A name of ours that another took in this second gets a number.
+    return Contest(settings, folders[0].file(SETTINGS).parent if out is None else out)
+
+
+def _is_barely_begun(out: Path) -> bool:
+    """Tell whether a folder holds no more than a compare does that was killed at its start.
+
+    Raises `DataError` where it holds anything else.
+    """
+    if not out.is_dir():
+        return False
+    foreign = [p for p in out.iterdir() if p.name != LOCK and not p.name.endswith(PARTIAL)]
+    if foreign:
+        found = f"has no {SETTINGS} to go on with, but other files"
+        raise DataError(out, found, "choose another --out")
+    return True
 
 
 def _command_again(settings: ContestSettings) -> list[str]:

@@ -44,7 +44,7 @@ def explore(
         typer.Option(
             help="iac = where it learns fastest; rl-iac = with the way counted; sweep, coverage = "
             "by short ways; random, random-region, chronological; error, novelty, uncertainty, "
-            "forgetting; progress-rate; or package.module:Class of your own.",
+            "forgetting; progress-forgetting; progress-rate; or package.module:Class of your own.",
             rich_help_panel=EXPLORING,
             show_default="iac",
         ),

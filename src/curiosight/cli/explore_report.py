@@ -54,6 +54,7 @@ _WAYS = {
     "novelty": "going where it had looked least",
     "uncertainty": "going where it was unsure",
     "forgetting": "going where it had not been for long",
+    "progress-forgetting": "going where the error falls, or where it had not been for long",
     "progress-rate": "going where a second was expected to teach most",
 }
 _POSE_REGIONS = (

@@ -171,8 +171,8 @@ def _prepare(talk: Talk, drawing: Drawing, contest: Contest, source: str) -> Non
 
 
 def _run_all(talk: Talk, contest: Contest, pool: Workers, is_stopped: Callable[[], bool]) -> None:
-    contest.begin()
-    with talk.following("strategies", contest.n_missing(), "run") as shown:
+    n_missing = contest.n_missing()
+    with contest.begun(), talk.following("strategies", n_missing, "run") as shown:
         for task in contest.finished(pool, is_stopped):
             shown.advance(str(task))
 

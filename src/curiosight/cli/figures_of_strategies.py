@@ -31,7 +31,7 @@ def draw_strategies(
     bands = {name: band_of(each, "frames") for name, each in curves.items()}
     offline = subject.prepared.phases[-1].offline["error"]
     least = least_error(subject, METHODS, BASELINE)
-    others = {} if least is None else {f"BMS, cut at its best, {least[1]:.2f}": least[0]}
+    others = {} if least is None else {f"BMS, cut where it is best, at {least[1]:.2f}": least[0]}
     constants = {"off-line": offline} | ({} if least is None else {"bms": least[0]})
 
     def rows() -> Iterator[Row]:
@@ -77,8 +77,16 @@ def draw_regions(views: ViewsFromAbove, files: FigureFiles) -> None:
         raise CannotDrawError("there are no poses to be seen from above")
 
     def draw(path: Path) -> None:
-        order = range(len(views.poses))
-        regions_from_above(views.poses, views.regions, order, path, up=views.up, counted="views")
+        regions_from_above(
+            views.poses,
+            views.regions,
+            range(len(views.poses)),
+            path,
+            up=views.up,
+            counted="views",
+            is_way=views.is_way,
+            outlines=views.outlines,
+        )
 
     files.save(8, draw, views.rows())
 

@@ -7,29 +7,26 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import pdist, squareform
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, GraphNode, Prefetch, RlIac
 from curiosight.experiments.components import make_world
+from curiosight.experiments.ways import ways_between
 from curiosight.explorer import Regions, make_regions
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.explorer.ground import Ground
+from curiosight.explorer.grouping import MetresFrom
 from curiosight.explorer.navigation import RegionWays, make_graph
 from curiosight.explorer.regions import needs_places, needs_ways
 from curiosight.frame import Pose, Viewpoint
 from curiosight.learner.looks import look_of
 from curiosight.learner.places import NOWHERE, Places
 from curiosight.learner.sight import Sight
-from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import Survey
 from curiosight.worlds.travel import travel_seconds
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-
-# Of so many views the ways between all are found.
-MOST_WAYS = 1500
 
 
 def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = None) -> Regions:
@@ -40,7 +37,7 @@ def choose_regions(config: Config, dataset: Dataset, survey: Survey | None = Non
         config,
         dataset.poses,
         dataset.ids,
-        metres=metres_between(dataset, range(len(dataset))) if is_by_ways else None,
+        metres=ways_between(dataset, range(len(dataset))) if is_by_ways else None,
         up=up,
         own=own_region_table(dataset),
         sights=_sights(dataset, up),
@@ -52,7 +49,7 @@ def divide_views(
     poses: Sequence[Pose | None],
     ids: Sequence[str],
     *,
-    metres: Floats | None,
+    metres: MetresFrom | None,
     up: npt.ArrayLike | None,
     sights: Iterable[Sight | None],
     own: Path | None = None,
@@ -97,24 +94,6 @@ def own_region_table(dataset: Dataset) -> Path | None:
     """Return the table that divides a recording, where it has one that does."""
     is_divided = isinstance(dataset, RlIac) and len(set(dataset.regions)) > 1
     return dataset.region_table if isinstance(dataset, RlIac) and is_divided else None
-
-
-def metres_between(dataset: Dataset, indices: Sequence[int]) -> Floats | None:
-    """Return the (n, n) metres of the ways between views: around what stands, where that is known.
-
-    None without all poses, and of more than `MOST_WAYS` views, as that would take long.
-    """
-    poses = [dataset.poses[index] for index in indices]
-    known = [pose for pose in poses if pose is not None]
-    if len(known) < len(poses) or not 0 < len(poses) <= MOST_WAYS:
-        return None
-    places = np.stack(known)[:, :3, 3]
-    if not isinstance(dataset, DrawnViews):
-        straight: Floats = squareform(pdist(places))
-        return straight
-    ways = [dataset.free_space.ways(place, places[:, :2]) for place in places[:, :2]]
-    metres = np.array(ways)
-    return (metres + metres.T) / 2  # one way, there and back, but for rounding
 
 
 def graph_ways(regions: Regions, poses: Sequence[Pose | None]) -> RegionWays | None:

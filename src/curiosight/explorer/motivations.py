@@ -154,3 +154,32 @@ class Forgetting:
         if region not in self._last:
             return None
         return float(1 - REMEMBERED ** (self._n_looks - self._last[region]))
+
+
+class ProgressAndForgetting:
+    """How much the errors of a region fell, and how long it was not looked at, as one number.
+
+    (1 - a) 2/pi atan(theta |LP|) + a (1 - f), as in the authors' code; f as for `Forgetting`.
+    LP is per look, so that theta LP is the fall over the window. What grows draws as what falls.
+
+    progress: tells LP, over the last `theta` looks. forgetting_share: a, from 0 to 1.
+    """
+
+    def __init__(
+        self, progress: Motivation, *, theta: int = 15, forgetting_share: float = 0.5
+    ) -> None:
+        if not 0 <= forgetting_share <= 1:
+            raise ValueError(f"forgetting_share: expected 0 to 1, got {forgetting_share}")
+        self._progress, self._theta, self._share = progress, theta, forgetting_share
+        self._forgetting = Forgetting()
+
+    def add(self, region: int, outcome: Outcome) -> None:
+        self._progress.add(region, outcome)
+        self._forgetting.add(region, outcome)
+
+    def interest(self, region: int) -> float | None:
+        progress, forgotten = self._progress.interest(region), self._forgetting.interest(region)
+        if progress is None or forgotten is None:
+            return None
+        fall = 2 / np.pi * np.arctan(self._theta * abs(progress))
+        return float((1 - self._share) * fall + self._share * forgotten)

@@ -10,12 +10,11 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
 
 from curiosight.explorer.division import Regions as Regions
 from curiosight.explorer.division import numbered
 from curiosight.explorer.from_above import seen_from_above
+from curiosight.explorer.grouping import MetresFrom, group_by_ways
 from curiosight.explorer.region_files import file_regions
 from curiosight.frame import Pose
 
@@ -26,8 +25,8 @@ Ints = npt.NDArray[np.int64]
 
 _PAPER_GRID = "pose:2x2x4"
 _N_SLICES = 5  # the paper's number for a recording without poses
-# Metres of way between two groups of views; rooms are told apart only where there are some.
-MAX_WAY, MIN_ROOMS = 7.0, 3
+# Rooms are told apart only where there are some.
+MIN_ROOMS = 3
 _ROOMS = r"(auto|growing|places)(?::([1-9]\d{0,2}))?"
 _FORMS = (
     "auto, auto:4, growing, places, places:4, pose, pose:3x2x4, time:5, or the path of a file "
@@ -40,7 +39,7 @@ def make_regions(
     poses: Sequence[Pose | None],
     ids: Sequence[str],
     *,
-    metres: Floats | None = None,
+    metres: MetresFrom | None = None,
     places: Ints | None = None,
     position_split: PositionSplit = "median",
     orientation_split: OrientationSplit = "count",
@@ -54,7 +53,8 @@ def make_regions(
         (`file_regions`); None = "auto" where the ways are known and there are rooms to tell
         apart, else "pose" where at least half of the views have a pose and there are more of
         them than regions, else "time:5", with fewer slices where there are fewer frames.
-    metres: (n_views, n_views) of the ways between views; None = not known.
+    metres: of the ways between views: (n_views, n_views), or whatever gives its rows one by
+        one; None = not known.
     places: (n_views,) the learner's place of each view, -1 = in none; None = not known.
     position_split, orientation_split, up: see `pose_regions`.
 
@@ -160,7 +160,7 @@ def _kind(spec: str) -> str | None:
     return match[1] if match else None
 
 
-def _rooms(kind: str, metres: Floats | None, places: Ints | None) -> Regions:
+def _rooms(kind: str, metres: MetresFrom | None, places: Ints | None) -> Regions:
     """Return regions that are told apart by more than a grid."""
     if kind != "places":
         if metres is None:
@@ -183,20 +183,11 @@ def _by_headings(
     return numbered(labels, kind)
 
 
-def way_regions(metres: Floats) -> Regions:
-    """Put views together that are a short way apart: a way through a door is a long one.
-
-    Groups of views are one region while the mean way between their views is below `MAX_WAY`
-    (average linkage). metres: (n_views, n_views) of the ways.
-    """
-    if len(metres) == 1:
-        return Regions(np.zeros(1, np.int64), ("room 0",), "auto")
-    between = squareform((metres + metres.T) / 2, checks=False)
-    found = fcluster(linkage(between, "average"), MAX_WAY, "distance")
-    _, first, region = np.unique(found, return_index=True, return_inverse=True)
-    order = np.argsort(np.argsort(first))  # numbered as they come
-    names = tuple(f"room {number}" for number in range(len(first)))
-    return Regions(order[region].astype(np.int64), names, "auto")
+def way_regions(metres: MetresFrom) -> Regions:
+    """Put views together that are a short way apart, see `group_by_ways`."""
+    of_view = group_by_ways(metres)
+    names = tuple(f"room {number}" for number in range(int(of_view.max()) + 1))
+    return Regions(of_view, names, "auto")
 
 
 def time_regions(n_views: int, n_regions: int) -> Regions:

@@ -16,6 +16,7 @@ from curiosight.explorer.motivations import (
     Motivation,
     Novelty,
     Progress,
+    ProgressAndForgetting,
     Uncertainty,
 )
 from curiosight.explorer.oracle import Oracle, Trial
@@ -55,6 +56,7 @@ STRATEGIES = (
     "novelty",
     "uncertainty",
     "forgetting",
+    "progress-forgetting",
     "progress-rate",
 )
 # Needs the true error, which only a comparison of strategies has.
@@ -120,20 +122,24 @@ def make_strategy(
     """
     check_name(name)
     base, _, option = name.partition(":")
-    meter = ProgressMeter(
-        theta=theta, smoothing=smoothing, min_errors=min_errors, undefined=undefined
-    )
+
+    def new_meter() -> ProgressMeter:
+        return ProgressMeter(
+            theta=theta, smoothing=smoothing, min_errors=min_errors, undefined=undefined
+        )
+
+    def measured_progress() -> Motivation:
+        return progress_motivation(progress, new_meter(), rng, theta=theta)
 
     def stays(motivation: Motivation) -> Stays:
         chosen = Drawn(rng, random_share=random_share, exponent=exponent, negative=negative)
-        measured = Progress(meter)
         return Stays(
             views, rng, motivation, chosen,
-            ways=ways, n_stay=n_stay, n_warm_up=n_warm_up, progress=measured,
+            ways=ways, n_stay=n_stay, n_warm_up=n_warm_up, progress=Progress(new_meter()),
         )  # fmt: skip
 
     def rl_iac() -> Stays:
-        motivation = progress_motivation(progress, meter, rng, theta=theta)
+        motivation = measured_progress()
         # The authors' robot looks once wherever it comes to.
         n_looks = 1 if option == "sampled" else n_stay
         chosen = SampledQ(rng) if option == "sampled" else Planned(rng, n_stay=n_stay)
@@ -162,6 +168,9 @@ def make_strategy(
         "novelty": lambda: stays(Novelty({view.region for view in views})),
         "uncertainty": lambda: stays(Uncertainty()),
         "forgetting": lambda: stays(Forgetting()),
+        "progress-forgetting": lambda: stays(
+            ProgressAndForgetting(measured_progress(), theta=theta)
+        ),
         "progress-rate": lambda: ProgressRate(views, rng, ways=ways),
         ORACLE: lambda: _oracle(views, rng, ways, trial, n_stay),
     }

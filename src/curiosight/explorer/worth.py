@@ -15,7 +15,7 @@ Ints = npt.NDArray[np.int64]
 
 
 # A region predicted this well, beside all, is worth as much as any.
-ENOUGH = 0.6
+ENOUGH = 0.35
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Learnability:
     """
 
     def __init__(
-        self, n_regions: int, *, n_recent: int = 12, n_prior: int = 3, least: float = 0.02
+        self, n_regions: int, *, n_recent: int = 12, n_prior: int = 1, least: float = 0.02
     ) -> None:
         self._recent = [deque[float](maxlen=n_recent) for _ in range(n_regions)]
         self._n_prior, self._least = n_prior, least

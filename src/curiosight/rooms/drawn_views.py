@@ -104,11 +104,20 @@ class DrawnViews(ABC):
         self.ids = tuple(ids)
         self._looks: OrderedDict[int, Look] = OrderedDict()
         self._lock = threading.Lock()
+        self._metres: dict[int, npt.NDArray[np.float64]] = {}
 
     @property
     @abstractmethod
     def free_space(self) -> Space:
         """Where the camera can be brought, and how long the ways are."""
+
+    def metres_from(self, index: int) -> npt.NDArray[np.float64]:
+        """Return the (n,) metres of the ways from a viewpoint to all, found once."""
+        if index not in self._metres:
+            places = np.stack(self.poses)[:, :2, 3]
+            self._metres[index] = self.free_space.ways(places[index], places)
+            self._metres[index].flags.writeable = False
+        return self._metres[index]
 
     def look_from(
         self,

@@ -13,6 +13,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from curiosight.rooms.compiling import kernel
+
 Polygon = npt.NDArray[np.floating[Any]]  # (K, 2) metres
 Place = npt.NDArray[np.floating[Any]]  # (2,) metres
 Mask = npt.NDArray[np.bool_]
@@ -196,15 +198,10 @@ class FreeSpace:
 
     def _are_clear(self, start: Place, goals: npt.NDArray[np.floating[Any]]) -> Mask:
         """Tell of (n, 2) places whether nothing stands on the straight way to each."""
-        metres = np.linalg.norm(np.subtract(goals, start), axis=1)
+        start, goals = np.asarray(start, np.float64), np.asarray(goals, np.float64)
+        metres = np.linalg.norm(goals - start, axis=1)
         shares = np.linspace(0, 1, 2 + int(metres.max(initial=0) / (0.5 * self._cell)))
-        places = start + shares[:, None, None] * np.subtract(goals, start)
-        cells = np.rint((places - self._origin) / self._cell).astype(np.int64) + 1
-        height, width = self.is_free.shape
-        is_inside = ((cells >= 0) & (cells < (width, height))).all(axis=2)
-        column, row = np.clip(cells[..., 0], 0, width - 1), np.clip(cells[..., 1], 0, height - 1)
-        clear: Mask = (is_inside & self.is_free[row, column]).all(axis=0)
-        return clear
+        return _are_clear(self.is_free, self._origin, self._cell, start, goals, shares)
 
     @cached_property
     def _graph(self) -> tuple[npt.NDArray[np.int64], Any]:
@@ -237,6 +234,26 @@ class FreeSpace:
         """Fill a polygon; the grid has a border of one closed cell around the room."""
         corners = np.rint((np.asarray(polygon) - self._origin) / self._cell + 1).astype(np.int32)
         cv2.fillPoly(grid, [corners], value)
+
+
+@kernel
+def _are_clear(
+    is_free: Mask, origin: Place, cell: float, start: Place, goals: Place, shares: Place
+) -> Mask:
+    """Tell of (n, 2) goals whether at all (k,) shares of the straight way to each is free floor."""
+    height, width = is_free.shape
+    clear = np.ones(len(goals), np.bool_)
+    for goal in range(len(goals)):
+        for share in shares:
+            x = start[0] + share * (goals[goal, 0] - start[0])
+            y = start[1] + share * (goals[goal, 1] - start[1])
+            column = int(np.rint((x - origin[0]) / cell)) + 1
+            row = int(np.rint((y - origin[1]) / cell)) + 1
+            is_inside = 0 <= column < width and 0 <= row < height
+            if not is_inside or not is_free[row, column]:
+                clear[goal] = False
+                break
+    return clear
 
 
 def _largest_piece(is_free: Mask, connectivity: int = 8) -> Mask:

@@ -17,6 +17,7 @@ from curiosight.viewing.paper import (
     FAINT,
     HUES,
     label_ends,
+    label_shares,
     new_figure,
     region_colours,
     save_figure,
@@ -104,12 +105,7 @@ def share_of_steps(
     axes.set_ylim(0, 1)
     axes.set_xlabel("step")
     axes.set_ylabel(f"share of {n_window} steps")
-    middles = np.cumsum(shares[:, -1]) - shares[:, -1] / 2
-    ends = [
-        (steps[-1], middle, name, colour)
-        for middle, name, colour in zip(middles, region_names, colours, strict=True)
-    ]
-    label_ends(axes, ends, gap=0.26 / height)
+    label_shares(axes, float(steps[-1]), shares[:, -1], region_names, colours)
     save_figure(figure, path)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ DPI = 150
 HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#222222"
 FAINT = "#8a8a8a"
+_LINE = 0.26  # inches from label to label
 
 # What a file would tell of the day and the program it was made with, by kind of file.
 _WITHOUT_DATE: dict[str, dict[Any, Any]] = {
@@ -115,23 +117,37 @@ def label_ends(
 ) -> None:
     """Write labels to the right of the axes, each joined to the (x, y) where its line ends.
 
-    ends: x, y, text and colour. gap: the least distance of two labels, as a share of the height.
+    ends: x, y, text and colour; x NaN = there is nothing to join the label to. gap: the least
+    distance of two labels, as a share of the height.
     """
     low, high = axes.get_ylim()
     ends = sorted(ends, key=lambda end: end[1])
     heights = spread([(end[1] - low) / (high - low) for end in ends], gap)
     for (x, y, text, colour), height in zip(ends, heights, strict=True):
         joint = {"color": colour, "arrowstyle": "-", "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate(
-            "",
-            xy=(x, y),
-            xytext=(1.04, height),
-            textcoords="axes fraction",
-            arrowprops=joint,
-            annotation_clip=False,
-        )
+        if not math.isnan(x):
+            axes.annotate(
+                "",
+                xy=(x, y),
+                xytext=(1.04, height),
+                textcoords="axes fraction",
+                arrowprops=joint,
+                annotation_clip=False,
+            )
         axes.plot(1.045, height, "s", color=colour, clip_on=False, transform=axes.transAxes)
         axes.text(1.065, height, text, va="center", transform=axes.transAxes)
+
+
+def label_shares(
+    axes: Axes, x: float, shares: Floats, names: Sequence[str], colours: Sequence[Rgb]
+) -> None:
+    """Label shares (n,) that are stacked at x, in an axes that they fill; see `label_ends`."""
+    middles = np.cumsum(shares) - shares / 2
+    joints = np.where(shares > 0, x, np.nan)
+    ends = list(zip(joints.tolist(), middles.tolist(), names, colours, strict=True))
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    label_ends(axes, ends, gap=_LINE / figure.get_figheight())
 
 
 def spread(positions: Sequence[float], gap: float) -> Floats:

@@ -27,6 +27,9 @@ from curiosight.viewing.paper import (
 
 Ints = npt.NDArray[np.int64]
 
+# Inches: how wide a map is, how tall a figure may be, and a bar with its gap.
+_MAP_WIDTH, _MOST_HEIGHT, _BAR = 4.0, 6.5, 0.45
+
 
 @with_style
 def regions_from_above(
@@ -37,6 +40,8 @@ def regions_from_above(
     *,
     up: npt.ArrayLike | None = None,
     counted: str = "steps",
+    is_way: bool = True,
+    outlines: Sequence[npt.NDArray[np.floating]] = (),
 ) -> None:
     """Draw the regions of all views, and where the steps went, with the steps of each region.
 
@@ -44,7 +49,8 @@ def regions_from_above(
 
     poses: one for each view. visited: the view of each step, in order.
     up: (3,) world vector against gravity; None = the cameras' mean up axis.
-    counted: what `visited` are, in a word.
+    counted: what `visited` are, in a word. is_way: join them, for they follow one another.
+    outlines: (n, 2) metres each, walls in the same plane.
     """
     if len(poses) != len(regions.of_view):
         raise ValueError(
@@ -54,14 +60,28 @@ def regions_from_above(
     above = seen_from_above(poses, up)
     colours = _colours_of_views(regions)
     is_map = bool(np.isfinite(above.positions).any())
-    figure = new_figure(7.2, max(3.4, 0.22 * regions.n_regions + 0.9))
+    shown = np.concatenate([above.positions[np.isfinite(above.headings)], *outlines])
+    figure = new_figure(7.2, max(3.4, 0.22 * regions.n_regions + 0.9, _map_height(shown)))
     left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
     if is_map:
-        _draw_map(left, above.positions, above.headings, colours, looks)
+        for outline in outlines:
+            left.fill(*outline.T, facecolor="#f4f4f4", edgecolor=FAINT, zorder=0)
+        way = above.positions[looks] if is_way else above.positions[:0]
+        left.plot(*way[np.isfinite(way[:, 0])].T, color=FAINT, linewidth=0.6, alpha=0.5, zorder=1)
+        length = 0.05 * (float(np.ptp(shown, axis=0).max()) or 1.0)
+        _draw_map(left, above.positions, above.headings, colours, looks, length)
     else:
         _draw_strip(left, colours, looks)
-    _draw_counts(right, regions, looks, counted)
+    _draw_counts(right, regions, looks, counted, n_bars=int(figure.get_figheight() / _BAR))
     save_figure(figure, path)
+
+
+def _map_height(shown: Floats) -> float:
+    """Return the inches of a figure in which a map of (n, 2) points fills its width."""
+    if len(shown) == 0:
+        return 0.0
+    width, height = np.maximum(np.ptp(shown, axis=0), 1e-6)
+    return min(_MOST_HEIGHT, _MAP_WIDTH * float(height / width) + 0.8)
 
 
 def _colours_of_views(regions: Regions) -> Floats:
@@ -72,14 +92,11 @@ def _colours_of_views(regions: Regions) -> Floats:
 
 
 def _draw_map(
-    axes: Axes, positions: Floats, headings: Floats, colours: Floats, looks: Ints
+    axes: Axes, positions: Floats, headings: Floats, colours: Floats, looks: Ints, length: float
 ) -> None:
     """Draw each view as an arrow where it looks, the visited ones as dots, larger when often."""
     known = np.isfinite(headings)
-    extent = float(np.ptp(positions[known], axis=0).max()) or 1.0
-    arrows = 0.05 * extent * np.stack([np.cos(headings), np.sin(headings)], axis=1)
-    way = positions[looks]
-    axes.plot(*way[np.isfinite(way[:, 0])].T, color=FAINT, linewidth=0.6, alpha=0.5, zorder=1)
+    arrows = length * np.stack([np.cos(headings), np.sin(headings)], axis=1)
     axes.quiver(
         *positions[known].T,
         *arrows[known].T,
@@ -131,8 +148,11 @@ def _draw_strip(axes: Axes, colours: Floats, looks: Ints) -> None:
     axes.set_ylabel("step")
 
 
-def _draw_counts(axes: Axes, regions: Regions, looks: Ints, counted: str) -> None:
-    """Draw a bar for each region, as long as the steps spent there: the key to the colours."""
+def _draw_counts(axes: Axes, regions: Regions, looks: Ints, counted: str, *, n_bars: int) -> None:
+    """Draw a bar for each region, as long as the steps spent there: the key to the colours.
+
+    n_bars: for so many there is room.
+    """
     steps = np.bincount(regions.of_view[looks] + 1, minlength=regions.n_regions + 1)[1:]
     places = np.arange(regions.n_regions)
     colours = region_colours(regions.names)
@@ -150,7 +170,7 @@ def _draw_counts(axes: Axes, regions: Regions, looks: Ints, counted: str) -> Non
         clip_on=False,
     )
     axes.set_yticks(places, regions.names, fontsize=8)
-    axes.set_ylim(regions.n_regions - 0.5, -0.5)
+    axes.set_ylim(max(regions.n_regions, n_bars) - 0.5, -0.5)
     axes.set_xlim(0, max(1, int(steps.max(initial=0))) * 1.15)
     axes.set_xticks([])
     axes.tick_params(axis="y", length=0, pad=14)

@@ -73,8 +73,16 @@ class RoomWorld:
     def ways(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> tuple[Floats, Floats]:
         """Return the (n,) metres and degrees of the ways to viewpoints, around what stands."""
         _, degrees = straight_ways(start, goals)
+        if all(map(self._is_drawn, (start, *goals))):
+            return self.room_views.metres_from(start.index)[[g.index for g in goals]], degrees
         places = np.array([_place(goal) for goal in goals]).reshape(-1, 2)
         return self.room_views.free_space.ways(_place(start), places), degrees
+
+    def _is_drawn(self, viewpoint: Viewpoint) -> bool:
+        """Tell whether a viewpoint is one of those that were drawn, and stands where that does."""
+        poses = self.room_views.poses
+        is_known = 0 <= viewpoint.index < len(poses)
+        return is_known and viewpoint.T_world_camera is poses[viewpoint.index]
 
     def capture(self) -> Frame:
         """Look from here, and have the next view rendered meanwhile."""

@@ -9,9 +9,12 @@ thread, as ours do, said explicitly in the environment of both.
 
 from __future__ import annotations
 
+import math
 import os
 import signal
+import socket
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -31,6 +34,8 @@ BACKENDS: tuple[Backend, ...] = get_args(Backend)
 POLL_S = 0.2
 # Workers that are killed one after the other, without a task done between, before it is given up.
 MAX_LOST = 3
+# How long a Ray cluster may take to answer, seconds.
+ANSWER_S = 10.0
 _SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
@@ -38,6 +43,10 @@ _SIGNALS = [
 
 class Workers(Protocol):
     """Do tasks, in any order."""
+
+    def begin(self) -> None:
+        """Make ready; raises ValueError where that cannot be."""
+        ...
 
     def submit(self, task: Task) -> None:
         """Take a task."""
@@ -86,6 +95,9 @@ class Processes:
         self._children: set[BaseProcess] = set()
         self._n_lost = 0
         self._executor = self._new_executor()
+
+    def begin(self) -> None:
+        pass  # they start with the first tasks
 
     def submit(self, task: Task) -> None:
         self._waiting.append(task)
@@ -177,6 +189,13 @@ def _begin_work() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
+def _check_answers(address: str) -> None:
+    """Raise OSError where nobody answers at HOST:PORT; Ray would try for a quarter of an hour."""
+    host, colon, port = address.rpartition("//")[2].rpartition(":")
+    if colon and port.isdecimal():
+        socket.create_connection((host.strip("[]"), int(port)), ANSWER_S).close()
+
+
 class RayCluster:
     """A Ray cluster; its workers must see the folder of the results under the same path."""
 
@@ -187,22 +206,19 @@ class RayCluster:
             found = "expected Ray to be installed"
             raise ValueError(f"backend: {found} (pip install 'curiosight[ray]')") from error
         self._ray: Any = ray
-        ray.init(
-            address=address or None,
-            num_cpus=None if address else n_workers or _n_cores(),
-            include_dashboard=None if address else False,
-            log_to_driver=False,
-            logging_level="ERROR",
-            runtime_env={"env_vars": ONE_THREAD},
-        )
-        self._work = ray.remote(num_cpus=1, max_retries=MAX_LOST)(work)
+        self._n_workers, self._address = n_workers, address
+        # A cluster of our own has so many workers; of another we take no more.
+        self._most = n_workers if address and n_workers else math.inf
+        self._work: Any = None
+        self._waiting: deque[Task] = deque()
         self._pending: dict[Any, Task] = {}
 
     def submit(self, task: Task) -> None:
-        self._pending[self._work.remote(task)] = task
+        self._waiting.append(task)
 
     def finished(self, is_stopped: Callable[[], bool]) -> Iterator[Task]:
-        while self._pending and not is_stopped():
+        while (self._waiting or self._pending) and not is_stopped():
+            self._hand_out()
             done, _ = self._ray.wait(list(self._pending), num_returns=1, timeout=POLL_S)
             for reference in done:
                 task = self._pending.pop(reference)
@@ -210,7 +226,37 @@ class RayCluster:
                 yield task
 
     def close(self) -> None:
-        self._ray.shutdown()
+        if self._work is not None:
+            self._ray.shutdown()
+
+    def begin(self) -> None:
+        is_own = not self._address
+        try:
+            _check_answers(self._address)
+            self._ray.init(
+                address=self._address or "local",  # whatever RAY_ADDRESS says
+                num_cpus=(self._n_workers or _n_cores()) if is_own else None,
+                include_dashboard=False if is_own else None,
+                log_to_driver=False,
+                logging_level="ERROR",
+                # Ray's own choice of OMP_NUM_THREADS goes by what a task asks for, and other
+                # libraries have other names for it: said here, it is one whatever they are.
+                runtime_env={"env_vars": ONE_THREAD},
+            )
+        except (OSError, OverflowError, RuntimeError, ValueError) as error:
+            text = " ".join(str(error).split())
+            if is_own:
+                raise ValueError(f"backend: expected Ray to start ({text})") from error
+            expected = "expected HOST:PORT or auto, of a Ray cluster that answers"
+            raise ValueError(f"address: {expected}, got {self._address!r} ({text})") from error
+        # Of a module that workers import, so that no global is sent along as it was when the
+        # first task was. The retries are Ray's default, said because `work` allows for them.
+        self._work = self._ray.remote(num_cpus=1, max_retries=MAX_LOST)(work)
+
+    def _hand_out(self) -> None:
+        while self._waiting and len(self._pending) < self._most:
+            task = self._waiting.popleft()
+            self._pending[self._work.remote(task)] = task
 
     def _get(self, reference: Any) -> None:
         errors = self._ray.exceptions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,14 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.components import choose_strategy
 from curiosight.experiments.contest.backends import Workers
-from curiosight.experiments.contest.prepared import META, Prepared
+from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.runs import RunRecord, read_run
 from curiosight.experiments.contest.settings import ContestSettings, folder_name, read_settings
+from curiosight.experiments.contest.sole_writer import sole_writer
 from curiosight.experiments.contest.tasks import PrepareTask, RunTask, Task
 from curiosight.experiments.contest.whole import remove_partial
 from curiosight.explorer import make_regions
-from curiosight.files import replace_file, writing
+from curiosight.files import replace_file
 from curiosight.frame import Viewpoint
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.sources import is_drawn, open_source
@@ -36,7 +38,11 @@ def check_settings(settings: ContestSettings) -> None:
         views = (Viewpoint(0, 0, np.eye(4)), Viewpoint(1, 0, np.eye(4)))
         rng = np.random.default_rng(0)
         choose_strategy(config, views, rng, lambda _, to: np.zeros(len(to)), trial=lambda _: 0.0)
+    first: dict[str, str] = {}
     for source in settings.sources:
+        same = first.setdefault(place_of(source), source)
+        if same != source:
+            raise ValueError(f"sources: expected each once, got {same!r} and {source!r}")
         dataset = open_source(place_of(source), reading=settings.config.reading)
         _check_source(source, dataset, settings)
 
@@ -63,24 +69,40 @@ class Contest:
     Iterate with workers to do what is missing; then `records` has everything.
     """
 
-    def __init__(self, settings: ContestSettings, folder: Path) -> None:
+    def __init__(
+        self, settings: ContestSettings, folder: Path, *, is_resumed: bool = False
+    ) -> None:
         self.settings = settings
         self.folder = folder.absolute()
+        self._is_resumed = is_resumed
 
     @classmethod
     def resumed(cls, folder: Path) -> Contest:
-        """Return the contest of a folder; what a kill left half-written is removed."""
-        contest = cls(read_settings(folder / SETTINGS), folder)
-        places = [contest.folder, contest.folder / "prepared"]
-        for place in [*places, *(contest.folder / "runs").glob("*")]:
-            remove_partial(place)
-        return contest
+        """Return the contest of a folder."""
+        return cls(read_settings(folder / SETTINGS), folder, is_resumed=True)
 
-    def begin(self) -> None:
-        """Write what is compared; what is written from then on belongs to it."""
-        with writing(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
-        replace_file(self.folder / SETTINGS, self.settings.to_toml().encode(), is_synced=True)
+    @contextmanager
+    def begun(self) -> Iterator[None]:
+        """Have the folder to oneself, with what is compared written to it.
+
+        What killed processes left half-written is removed, before and after. Raises `DataError`
+        where another writes into the folder, or has begun a contest there meanwhile.
+        """
+        with sole_writer(self.folder):
+            if not self._is_resumed and (self.folder / SETTINGS).exists():
+                remedy = "choose another --out, or add --resume"
+                raise DataError(self.folder, "has become another compare's", remedy)
+            self._remove_partial()
+            replace_file(self.folder / SETTINGS, self.settings.to_toml().encode(), is_synced=True)
+            try:
+                yield
+            finally:
+                self._remove_partial()
+
+    def _remove_partial(self) -> None:
+        places = [self.folder, self.folder / "prepared"]
+        for place in [*places, *(self.folder / "runs").glob("*")]:
+            remove_partial(place)
 
     @property
     def n_runs(self) -> int:
@@ -92,12 +114,18 @@ class Contest:
         """How many runs are not done yet."""
         return sum(len(self._missing_runs(source)) for source in self.settings.sources)
 
+    def is_whole(self) -> bool:
+        """Tell whether nothing is left to do."""
+        return not self.n_missing() and all(map(self._is_prepared, self.settings.sources))
+
+    def _is_prepared(self, source: str) -> bool:
+        return self.prepared_folder(source).exists()
+
     def finished(self, workers: Workers, is_stopped: Callable[[], bool]) -> Iterator[Task]:
         """Have done what is missing; yield each task once it is."""
         for source in self.settings.sources:
-            missing = self._missing_runs(source)
-            is_prepared = (self.prepared_folder(source) / META).exists()
-            for task in missing if is_prepared or not missing else [self._preparation(source)]:
+            is_there = self._is_prepared(source)
+            for task in self._missing_runs(source) if is_there else [self._preparation(source)]:
                 workers.submit(task)
         for task in workers.finished(is_stopped):
             if isinstance(task, PrepareTask):
@@ -113,11 +141,8 @@ class Contest:
         return self.folder / "runs" / folder_name(source) / name
 
     def prepared(self, source: str) -> Prepared:
-        """Return a source; raises `DataError` where it is not there."""
-        folder = self.prepared_folder(source)
-        if not (folder / META).exists():
-            raise DataError(folder, "is not there", "remove the runs of this source, and --resume")
-        return Prepared(folder)
+        """Return a source; raises `DataError` where its files are damaged."""
+        return Prepared(self.prepared_folder(source))
 
     def records(self, source: str, strategy: str) -> list[RunRecord]:
         """Return the runs of a strategy, one a seed."""

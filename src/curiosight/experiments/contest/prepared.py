@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.datasets.layouts.rl_iac_tables import GRAPH_FILE, REGION_FILE
+from curiosight.errors import DataError
 from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
-from curiosight.files import replace_file
+from curiosight.files import replace_file, writing
 from curiosight.frame import Pose, Viewpoint
 from curiosight.learner.lesson import Lesson, Visit
 from curiosight.learner.sight import Sight
@@ -34,6 +38,40 @@ class Shown:
     seen: Seen | None
 
 
+def save_array(path: Path, array: Array) -> None:
+    """Write an array; raises `DataError` where it cannot be written."""
+    with writing(path):
+        try:
+            np.save(path, array, allow_pickle=False)
+        except OSError as error:
+            if error.errno is None:  # so NumPy tells that not all of it was taken
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
+            raise
+
+
+def new_table(path: Path, n: int) -> Floats:
+    """Return an (n, n) array on disk, to be written row by row; raises `DataError`."""
+    with writing(path):
+        table: Floats = np.lib.format.open_memmap(  # type: ignore[no-untyped-call]
+            path, "w+", np.float64, (n, n)
+        )
+        if hasattr(os, "posix_fallocate"):
+            # Else a full disk would be told by a signal that ends the process.
+            with path.open("r+b") as file:
+                os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
+    return table
+
+
+@contextmanager
+def reading_prepared(folder: Path) -> Iterator[None]:
+    """Turn what is wrong with the files of a prepared source into a `DataError`."""
+    try:
+        yield
+    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+        remedy = "remove this folder, and it is made again"
+        raise DataError(folder, f"is not whole ({error})", remedy) from error
+
+
 class Ragged:
     """Write and read arrays of many lengths as one, with where each begins."""
 
@@ -41,13 +79,16 @@ class Ragged:
         self._values, self._starts = folder / f"{name}.npy", folder / f"{name}-starts.npy"
 
     def write(self, arrays: Sequence[Array]) -> None:
-        np.save(self._values, np.concatenate(list(arrays)), allow_pickle=False)
-        starts = np.cumsum([0, *(len(array) for array in arrays)])
-        np.save(self._starts, starts, allow_pickle=False)
+        save_array(self._values, np.concatenate(list(arrays)))
+        save_array(self._starts, np.cumsum([0, *(len(array) for array in arrays)]))
 
     @cached_property
     def _arrays(self) -> tuple[Array, Array]:
-        return np.load(self._values, mmap_mode="r"), np.load(self._starts)
+        with reading_prepared(self._values.parent.parent):
+            values, starts = np.load(self._values, mmap_mode="r"), np.load(self._starts)
+            if starts[-1] != len(values):
+                raise ValueError(f"{self._values.name} is not of {self._starts.name}")
+            return values, starts
 
     def __len__(self) -> int:
         return len(self._arrays[1]) - 1
@@ -165,11 +206,15 @@ class Phase:
 class Prepared:
     """A source whose views are described and labelled.
 
-    folder: where `Preparation` wrote it.
+    folder: where `Preparation` wrote it. Raises `DataError` where files are damaged or lost.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        with reading_prepared(folder):
+            self._read(folder)
+
+    def _read(self, folder: Path) -> None:
         self.meta: dict[str, Any] = json.loads((folder / META).read_text(encoding="utf-8"))
         self.n_visits: int = self.meta["visits"]
         self.ids: list[str] = self.meta["ids"]

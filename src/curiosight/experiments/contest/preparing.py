@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
@@ -20,18 +21,20 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.contest.prepared import (
-    META,
     Prepared,
     Shown,
     ShownViews,
     keep_tables,
+    new_table,
+    save_array,
     write_meta,
     write_tests,
 )
 from curiosight.experiments.contest.whole import whole_folder
-from curiosight.experiments.dividing import metres_between, own_region_table
+from curiosight.experiments.dividing import own_region_table
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.experiments.ways import ways_between
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.observation import Teaches
@@ -53,7 +56,7 @@ def prepare(source: str, config: Config, folder: Path) -> Prepared:
 
     Raises as `open_source` and `survey_dataset`.
     """
-    if not (folder / META).exists():
+    if not folder.is_dir() or not any(folder.iterdir()):
         with whole_folder(folder) as draft:
             Preparation(source, config, draft).write()
     return Prepared(folder)
@@ -203,16 +206,29 @@ class Preparation:
         """Write how long the ways between all views are, and where those are."""
         poses = [self._dataset.poses[index] for index in reachable]
         views = [Viewpoint(number, 0, pose) for number, pose in enumerate(poses)]
-        turns = [straight_ways(view, views) for view in views]
-        metres = metres_between(self._dataset, reachable)
-        if metres is None:
-            metres = np.array([ways[0] for ways in turns])
-        np.save(self._folder / "metres.npy", metres)
-        np.save(self._folder / "degrees.npy", np.array([ways[1] for ways in turns]))
+        between = ways_between(self._dataset, reachable)
+        # Row by row: of thousands of views there are gigabytes of them.
+        metres, degrees = (
+            new_table(self._folder / f"{name}.npy", len(views)) for name in ("metres", "degrees")
+        )
+        for number, view in enumerate(views):
+            straight, degrees[number] = straight_ways(view, views)
+            metres[number] = straight if between is None else between[number]
+        if between is not None:
+            _even_out(metres)
         unknown = np.full((4, 4), np.nan)
-        np.save(self._folder / "poses.npy", [unknown if p is None else p for p in poses])
+        known = np.array([unknown if pose is None else pose for pose in poses])
+        save_array(self._folder / "poses.npy", known)
 
     def _places(self, dataset: Dataset, indices: Sequence[int]) -> list[int]:
         """Return the true room of each frame, 0 where there is no such truth."""
         place: Callable[[int], int] | None = getattr(dataset, "place", None)
         return [0 if place is None else place(int(index)) for index in indices]
+
+
+def _even_out(metres: npt.NDArray[np.float64]) -> None:
+    """Let (n, n) ways be as long there as back, which they are but for rounding; in place."""
+    for number in range(len(metres)):
+        there, back = metres[number, number:], metres[number:, number]
+        there[:] = (there + back) / 2
+        back[:] = there

@@ -79,6 +79,9 @@ def read_settings(path: Path) -> ContestSettings:
     try:
         if not isinstance(own, dict):
             raise ValueError(f"section [{SECTION}] is missing")
+        for name in ("seeds", "steps"):
+            if type(own.get(name, 0)) is not int:
+                raise ValueError(f"{name}: expected a whole number, got {own[name]!r}")
         return ContestSettings(
             tuple(map(str, own.pop("sources"))),
             tuple(map(str, own.pop("strategies"))),

@@ -21,8 +21,12 @@ Ints = npt.NDArray[np.int64]
 # "At the beginning": of the looks. "At the end": so near to the off-line model's F1.
 BEGINNING = 0.25
 REACHED = 0.95
+# So many frames "suffice": where runs are longer than that, and little falls after it.
+ENOUGH_LOOKS, LITTLE = 1000, 0.01
 # Where false positives are "very low".
 LOW_RATE = 0.01
+# Of fewer seeds resampling gives no interval of a standard deviation.
+LEAST_SEEDS = 3
 # Errors of seeds that differ by no more do so by rounding.
 ALIKE = 1e-6
 _BASELINE = "BMS"
@@ -136,11 +140,29 @@ def claims_of_errors(
     if baseline is not None:
         text = f"below {_BASELINE} at the end: its error − the highest of ours"
         claims.insert(2, claim(text, baseline - ends.max(axis=1)))
-    if len(random) > 1:
+    if len(random) >= LEAST_SEEDS:
         moments = np.stack([[one, one**2] for one in (random, iac)]).transpose(2, 0, 1, 3)
         text = "IAC varies less between seeds: 1 − its standard deviation / random's"
         claims.append(claim(text, moments, _less_spread))
+    for name in ("random", "iac"):
+        claims += _claims_of_enough(name, errors[name], offline_error, over, seed)
     return claims
+
+
+def _claims_of_enough(
+    name: str, errors: Floats, offline_error: float, over: str, seed: int
+) -> list[Claim]:
+    """Tell whether 1000 looks suffice; nothing where runs are no longer."""
+    if errors.shape[1] <= ENOUGH_LOOKS:
+        return []
+    then, end = errors[:, ENOUGH_LOOKS - 1], errors[:, -1]
+    f1 = (1 - then) / (1 - offline_error)
+    reached = f"{name}, after {ENOUGH_LOOKS} looks: share of the off-line F1 − {REACHED:g}"
+    later = f"{name}, after {ENOUGH_LOOKS} looks: {LITTLE:g} − what the error still falls"
+    return [
+        _interval(6, reached, f1 - REACHED, over, seed),
+        _interval(6, later, LITTLE - (then - end), over, seed),
+    ]
 
 
 def claims_of_time(shares: Mapping[str, Sequence[Floats]], seed: int) -> list[Claim]:

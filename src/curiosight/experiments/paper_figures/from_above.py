@@ -17,24 +17,39 @@ from curiosight.experiments.dividing import choose_regions
 from curiosight.explorer import Regions
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.frame import Pose
+from curiosight.rooms.drawn_views import DrawnViews
+
+_UP = np.array([0.0, 0.0, 1.0])  # of what is drawn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewsFromAbove:
-    """The views that can be chosen; up: (3,) against gravity, None = not known."""
+    """The views that can be chosen.
+
+    up: (3,) against gravity, None = not known. is_way: whether they follow one another.
+    outlines: (n, 2) metres each, walls from above; none where they are not known.
+    """
 
     ids: Sequence[str]
     poses: Sequence[Pose | None]
     regions: Regions
     up: npt.NDArray[np.float64] | None
+    is_way: bool = True
+    outlines: Sequence[npt.NDArray[np.floating]] = ()
 
     @classmethod
     def of(cls, config: Config, dataset: Dataset, prepared: Prepared | None) -> ViewsFromAbove:
         """Return them with the regions that strategies choose among; prepared: if it could be."""
         if prepared is None:
-            return cls(dataset.ids, dataset.poses, choose_regions(config, dataset), None)
-        _, regions = views_in_regions(prepared, config)
-        return cls(prepared.ids, prepared.poses, regions, prepared.up)
+            ids, poses, up = dataset.ids, dataset.poses, None
+            regions = choose_regions(config, dataset)
+        else:
+            ids, poses, up = prepared.ids, prepared.poses, prepared.up
+            _, regions = views_in_regions(prepared, config)
+        if not isinstance(dataset, DrawnViews):
+            return cls(ids, poses, regions, up)
+        is_way = dataset.settings.path is not None
+        return cls(ids, poses, regions, _UP, is_way, dataset.outlines)
 
     @property
     def has_poses(self) -> bool:

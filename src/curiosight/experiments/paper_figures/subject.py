@@ -11,7 +11,7 @@ import numpy as np
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
-from curiosight.evaluation import every_nth
+from curiosight.evaluation import TestView, every_nth
 from curiosight.evaluation.baselines import Saliency
 from curiosight.evaluation.score_histograms import Floats, score_histogram
 from curiosight.experiments.comparing import Comparison, Judged, Methods
@@ -29,6 +29,8 @@ from curiosight.rooms.drawn_views import DrawnViews
 OURS = "ours"
 # Frames that figures of examples show.
 N_SHOWN = 5
+# Of such a frame's pixels so many are salient, where there are such frames.
+SHOWN_SHARE = 0.01
 # Of a recording with truth of nearly every frame every so many are tested on (of a short one,
 # more), and so many neighbours on each side left out: of a moving camera, and of separate scenes.
 MOVING_EVERY, MOVING_GAP = 10, 1
@@ -94,8 +96,12 @@ class Subject:
 
     @property
     def shown(self) -> tuple[int, ...]:
-        """The test frames that are looked at, evenly spread."""
-        return spread(self.truth.indices, N_SHOWN)
+        """The test frames that are looked at, evenly spread over those that show something."""
+        indices, tests = self.truth.indices, self.prepared.phases[-1].tests
+        if len(tests) == len(indices):  # else some could not be used
+            pairs = zip(indices, tests, strict=True)
+            indices = tuple(index for index, view in pairs if _shows_something(view)) or indices
+        return spread(indices, N_SHOWN)
 
     def saliency(self, frame: Frame) -> Saliency:
         """Return the off-line model's map of a frame, from its colours and where it is from."""
@@ -137,6 +143,11 @@ class Subject:
         for index, (frame, labels) in zip(self.truth.indices, self.truth, strict=True):
             if labels is not None:
                 yield index, frame, labels
+
+
+def _shows_something(view: TestView) -> bool:
+    salient = int(view.salient.sum())
+    return salient >= SHOWN_SHARE * max(1, salient + int(view.other.sum()))
 
 
 def least_error(subject: Subject, method: Methods, name: str) -> tuple[float, float] | None:

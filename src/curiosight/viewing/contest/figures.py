@@ -14,7 +14,7 @@ from curiosight.viewing.paper import (
     FAINT,
     HUES,
     INK,
-    label_ends,
+    label_shares,
     new_figure,
     region_colours,
     save_figure,
@@ -66,9 +66,11 @@ def draw_errors(
     axes.axhline(offline_error, color=FAINT, linewidth=1, linestyle=dots, label="off-line")
     for name, error in (others or {}).items():
         axes.axhline(error, color=INK, linewidth=1, linestyle=dots, label=name)
-    lowest = min(offline_error, *(float(band.mean.min()) for band in bands.values()))
+    constants = [offline_error, *(others or {}).values()]
+    lowest = min(*constants, *(float(band.mean.min()) for band in bands.values()))
+    highest = max(*constants, *(float((b.mean + b.deviation).max()) for b in bands.values()))
     axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
-    axes.set_ylim(max(0.0, lowest - 0.08), 1.02)
+    axes.set_ylim(max(0.0, lowest - 0.08), min(1.0, highest + 0.06) + 0.02)
     axes.set_xlabel(x_title)
     axes.set_ylabel("overall error, 1 − F1")
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.6)
@@ -117,11 +119,5 @@ def draw_times(
         panel.set_title(name, fontsize=10)
         panel.set_xlabel("look")
     panels[0].set_ylabel(f"share of {n_window} looks")
-    last = share[:, -1]
-    middles = np.cumsum(last) - last / 2
-    ends = [
-        (float(steps[-1]), float(middle), name, colour)
-        for middle, name, colour in zip(middles, region_names, colours, strict=True)
-    ]
-    label_ends(panels[-1], ends, gap=0.26 / height)
+    label_shares(panels[-1], float(steps[-1]), share[:, -1], region_names, colours)
     save_figure(figure, path)

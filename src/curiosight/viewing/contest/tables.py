@@ -64,6 +64,12 @@ COLUMNS: dict[str, Cell] = {
     "final error": lambda row: share(row["final_error"]),
     "spread": lambda row: _plain(row["spread"]),
 }
+# Of the leaderboard: title, unit, share of the F1.
+BOARDS = (
+    ("Seconds of the robot to 90 %", "seconds", 90),
+    ("Looks to 90 %", "frames", 90),
+    ("Seconds of the robot to 95 %", "seconds", 95),
+)
 # Only where there is such a thing.
 RARE_COLUMNS: dict[str, tuple[str, Cell]] = {
     "back": ("back", lambda row: f"{row['back']} of {row['n']}"),
@@ -121,43 +127,71 @@ def offline_sentence(table: Table) -> str:
 
 
 def leaderboard(table: Table) -> str:
-    """Return the strategies over all sources in Markdown, the fastest first.
+    """Return the strategies over all sources in Markdown, the fastest first, board by board.
 
-    Ordered by the geometric mean over the sources of the seconds to 90 %, each by the least of
-    its source.
+    Ordered by the geometric mean over the sources of what each takes, by the least of its source;
+    who never got there on some source comes after all who did, however short its runs are.
     """
     sources: Mapping[str, Table] = table["sources"]
-    of_sources = list(sources.values())
-    scores = {name: _score(of_sources, name) for name in of_sources[0]["strategies"]}
-    rows = [
-        [
-            name,
-            f"{scores[name]:.2f}",
-            *(_seconds(of["strategies"][name]) for of in sources.values()),
-        ]
-        for name in sorted(scores, key=lambda name: scores[name])
+    n_seeds = next(iter(next(iter(sources.values()))["strategies"].values()))["n"]
+    parts = [
+        "# Leaderboard\n",
+        f"{len(sources)} sources, {n_seeds} {'seed' if n_seeds == 1 else 'seeds'} each. "
+        "What it took to come to a share of the off-line model's F1: mean over seeds "
+        "with its 95 % interval. A seed that never got there counts with its whole run, so that "
+        "the figure is a lower bound (≥), and how many did stands behind. *By the best*: the "
+        "geometric mean over the sources of what it took by the least of the source. Who never got "
+        "there on some source comes last.\n",
+        _markdown(
+            ["source", "off-line F1", "fastest to 90 %"],
+            [[name, f"{of['offline']['f1']:.3f}", _fastest(of)] for name, of in sources.items()],
+        ),
     ]
-    text = (
-        "Seconds of the robot until 90 % of the off-line model's F1, mean over seeds with its 95 % "
-        "interval; a seed that never got there counts with all its seconds (≥), and how many did "
-        "stands behind. By the best: the geometric mean over the sources of the "
-        "seconds by the least of the source.\n"
-    )
-    head = ["strategy", "by the best", *sources]
-    return "\n".join(["# Leaderboard\n", text, _markdown(head, rows)])
+    for title, unit, level in BOARDS:
+        parts += [f"## {title}\n", _board(sources, unit, level)]
+    return "\n".join(parts)
 
 
-def _score(sources: Sequence[Table], name: str) -> float:
+def _fastest(table: Table) -> str:
+    best = ranked(table)[0]
+    return best if table["strategies"][best]["reached_90"] else MISSING
+
+
+def _board(sources: Mapping[str, Table], unit: str, level: int) -> str:
+    """Return the table of one figure: a row a strategy, a column a source."""
+    of_sources = list(sources.values())
+    names = list(of_sources[0]["strategies"])
+
+    scores = {name: _score(of_sources, name, unit, level) for name in names}
+
+    def place(name: str) -> tuple[int, float]:
+        return sum(not of["strategies"][name][f"reached_{level}"] for of in of_sources), scores[
+            name
+        ]
+
+    rows = []
+    for name in sorted(names, key=place):
+        of_name = [of["strategies"][name] for of in of_sources]
+        is_bound = any(row[f"reached_{level}"] < row["n"] for row in of_name)
+        by_best = f"{'≥ ' if is_bound else ''}{scores[name]:.2f}"
+        rows.append([name, by_best, *(_cost_and_reached(row, unit, level) for row in of_name)])
+    return _markdown(["strategy", "by the best", *sources], rows)
+
+
+def _score(sources: Sequence[Table], name: str, unit: str, level: int) -> float:
+    """Return the geometric mean of what it took by the least that it took anybody who got there."""
     ratios = []
     for table in sources:
-        seconds = {n: row["seconds_to_90"]["mean"] for n, row in table["strategies"].items()}
-        ratios.append(seconds[name] / min(seconds.values()))
+        rows = table["strategies"].values()
+        there = [row for row in rows if row[f"reached_{level}"]] or rows
+        least = min(row[f"{unit}_to_{level}"]["mean"] for row in there)
+        ratios.append(table["strategies"][name][f"{unit}_to_{level}"]["mean"] / least)
     return float(np.exp(np.mean(np.log(ratios))))
 
 
-def _seconds(row: Table) -> str:
-    n_reached = "" if row["reached_90"] == row["n"] else f" ({row['reached_90']} of {row['n']})"
-    return cost(row, "seconds", 90) + n_reached
+def _cost_and_reached(row: Table, unit: str, level: int) -> str:
+    is_whole = row[f"reached_{level}"] == row["n"]
+    return cost(row, unit, level) + ("" if is_whole else f" ({reached(row, level)})")
 
 
 def _pair(table: Table, a: str, b: str) -> str:
