@@ -17,7 +17,7 @@ ROWS = (
     {"teacher"},
     {"learner"},
     {"explorer", "worlds"},
-    {"evaluation", "explore", "config"},
+    {"evaluation", "explore", "config", "robot"},
     {"experiments", "viewing"},
     {"cli", "gym"},
     {"__main__"},
@@ -36,8 +36,9 @@ STAIRS = (
     {"memory", "given", "depth_and_masks"},
 )
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
-# The Gymnasium environments are a room of their own, and look into three others.
-MAX_ROOMS, MAX_ARROWS = 20 + 1, 91 + 3
+# The Gymnasium environments are a room of their own, and look into three others; the robot's is
+# one, too, and looks into four.
+MAX_ROOMS, MAX_ARROWS = 20 + 1 + 1, 91 + 3 + 5
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
 OPTIONAL |= {"lz4", "backports"}
 
