@@ -169,6 +169,17 @@ def test_stays_are_as_long_as_the_way_asks(apart: float, longest: int, shortest:
     assert set(regions) == {0, 1, 2, 3}
 
 
+def test_looks_that_others_chose_make_no_stay_shorter() -> None:
+    given = views(4, 20)
+    strategy = ProgressRate(given, np.random.default_rng(0), ways=straight)
+    for view in (given[index] for index in (0, 20, 40, 60, 1, 21, 41, 61)):  # from room to room
+        seen = wall(view.T_world_camera, 2.0, Label.SALIENT)
+        strategy.update(view, Outcome(0.4, 10.0, seen=seen))
+    regions = np.array(looked(strategy, dict.fromkeys(range(4), 0.4), 90))
+    stays = np.diff(np.flatnonzero(np.diff(regions)))
+    assert np.median(stays) == 15
+
+
 def test_where_there_is_one_region_it_looks_at_one_view_after_the_other() -> None:
     strategy = ProgressRate(views(1, 30), np.random.default_rng(0), ways=straight)
     seen = set()

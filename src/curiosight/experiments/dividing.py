@@ -92,14 +92,16 @@ def _sights(dataset: Dataset, up: npt.NDArray[np.float64] | None) -> Iterator[Si
 
 def own_region_table(dataset: Dataset) -> Path | None:
     """Return the table that divides a recording, where it has one that does."""
-    is_divided = isinstance(dataset, RlIac) and len(set(dataset.regions)) > 1
-    return dataset.region_table if isinstance(dataset, RlIac) and is_divided else None
+    if isinstance(dataset, RlIac) and len(set(dataset.regions)) > 1:
+        return dataset.region_table
+    return None
 
 
 def graph_ways(regions: Regions, poses: Sequence[Pose | None]) -> RegionWays | None:
     """Return the ways by a navigation graph, where there is one and no view has a pose."""
-    is_needed = regions.seconds is not None and all(pose is None for pose in poses)
-    return RegionWays(regions.seconds) if is_needed and regions.seconds is not None else None
+    if regions.seconds is None or any(pose is not None for pose in poses):
+        return None
+    return RegionWays(regions.seconds)
 
 
 def region_graph(

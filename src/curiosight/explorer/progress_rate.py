@@ -147,7 +147,9 @@ class ProgressRate:
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         self._tally.arrive(viewpoint, outcome.seconds)
         number = self._ground.number_of(viewpoint)
-        region = self._region = int(self._ground.region_of[number])
+        region = int(self._ground.region_of[number])
+        if region != self._region:  # somebody else chose it: a stay begins there
+            self._region, self._n_stayed = region, 0
         self._n_seen[number] += 1
         self._n_looks[region] += 1
         self._n_stayed += 1

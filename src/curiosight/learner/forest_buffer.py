@@ -155,15 +155,18 @@ class Samples(NamedTuple):
 
 def _too_many(groups: Indices, n_kept: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
     """Return which samples of (n,) groups leave, so that so many stay."""
-    numbers = np.unique(groups)
-    of_sample = np.searchsorted(numbers, groups)
-    n_members = np.bincount(of_sample, minlength=len(numbers))
-    n_leaving = n_members - fair_shares(n_members, n_kept)
+    # Those of a frame are of one group and lie side by side: what is counted are runs.
+    starts = np.append(0, np.flatnonzero(groups[1:] != groups[:-1]) + 1)
+    n_in_run = np.diff(starts, append=len(groups))
+    _, of_run = np.unique(groups[starts], return_inverse=True)
+    n_members = np.bincount(of_run, n_in_run).astype(np.int64)
+    n_leaving = n_members - _fair_shares(n_members, n_kept)
+    of_sample = np.repeat(of_run, n_in_run)
     return np.flatnonzero(draw_some(of_sample, n_members, n_leaving, rng.random(len(groups))))
 
 
-def fair_shares(wanted: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
-    """Divide `n` among those who want so many each: nobody gets more than another, but less."""
+def _fair_shares(wanted: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
+    """Divide `n` among those who want so many each: who wants little has it, others share."""
     order = np.argsort(wanted, kind="stable")
     shares = np.empty_like(wanted)
     left = n

@@ -97,7 +97,7 @@ class Processes:
         self._executor = self._new_executor()
 
     def begin(self) -> None:
-        pass  # they start with the first tasks
+        """Do nothing: they start with the first tasks."""
 
     def submit(self, task: Task) -> None:
         self._waiting.append(task)

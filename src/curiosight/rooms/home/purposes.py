@@ -131,13 +131,10 @@ def draw_purposes(
     """
     others = [OTHERS[number] for number in rng.permutation(len(OTHERS))]
     first = [*ALWAYS, *others] if n_rooms >= 2 * len(ALWAYS) else others
-    if n_empty is None:
-        chosen = [first[number % len(first)] for number in range(n_rooms)]
-    else:
-        furnished = [purpose for purpose in first if purpose is not SPARE_ROOM]
-        n_left = n_rooms - n_empty
-        chosen = [furnished[number % len(furnished)] for number in range(n_left)]
-        chosen += [SPARE_ROOM] * n_empty
+    if n_empty is not None:
+        first = [purpose for purpose in first if purpose is not SPARE_ROOM]
+    empty = [SPARE_ROOM] * (n_empty or 0)
+    chosen = [first[number % len(first)] for number in range(n_rooms - len(empty))] + empty
     return tuple(chosen[number] for number in rng.permutation(n_rooms))
 
 
