@@ -66,7 +66,7 @@ def record(sink: Any, n_looks: int) -> tuple[list[dict[str, Any]], dict[str, int
     with watching(Knowing(), on_look=note) as (watch, shown):
         one = Recorder(watch, shown, sink, rate_hz=50)
         recorders.append(one)
-        one.start("a room", VIEWS, NAMES)
+        one.start("a room", VIEWS)
         wait_for(lambda: len(looks) >= n_looks)
         watch.stop()
         one.stop()
@@ -210,7 +210,7 @@ class Slow:
         self.is_let_go = threading.Event()
         self.moments: list[Moment] = []
 
-    def begin(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None: ...
+    def begin(self, title: str, views: Sequence[Viewpoint]) -> None: ...
 
     def write(self, moment: Moment) -> None:
         self.is_let_go.wait(30)

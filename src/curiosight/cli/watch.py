@@ -10,7 +10,8 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.experiments.live_page import HOST, LivePage
+from curiosight.experiments.live_page import LivePage
+from curiosight.robot.page import HOST
 
 WATCHING = "Watching"
 

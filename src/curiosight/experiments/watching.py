@@ -102,7 +102,7 @@ class Watching:
         watch = self.watch
         watch.start()
         for recorder in self.recorders:
-            recorder.start(self._title, self._views, self.regions.names)
+            recorder.start(self._title, self._views)
         try:
             while is_wanted() and not watch.wait(0.1):
                 passed_s = watch.seconds() or 0.0

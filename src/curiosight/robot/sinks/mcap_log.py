@@ -17,7 +17,7 @@ WORLD, CAMERA = "world", "camera"
 CHUNK_BYTES = 1 << 19
 REGION_METRES = 0.3
 GOAL, OTHER = (0.9, 0.6, 0.0), (0.0, 0.78, 0.55)
-# How often what changes slowly is written, seconds.
+# What changes slowly is written so often.
 STATE_EVERY_NS = 1_000_000_000
 LOOK, STATE = "curiosight.Look", "curiosight.State"
 # Of our own making: any values.
@@ -38,7 +38,7 @@ class McapLog(Sink):
         self._places: dict[int, foxglove.Place] = {}
         self._why, self._state_ns = "", 0
 
-    def begin(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None:
+    def begin(self, title: str, views: Sequence[Viewpoint]) -> None:
         from mcap.writer import Writer
 
         self._file = self._open_file()

@@ -49,11 +49,11 @@ class Recorder:
         self._is_over = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None:
+    def start(self, title: str, views: Sequence[Viewpoint]) -> None:
         """Begin; see `Sink.begin`."""
         # A daemon, so that an interrupted program does not wait for it.
         self._thread = threading.Thread(
-            target=self._run, args=(title, views, names), name="recorder", daemon=True
+            target=self._run, args=(title, views), name="recorder", daemon=True
         )
         self._thread.start()
 
@@ -78,10 +78,10 @@ class Recorder:
             "looks_lost": self._n_noted - self.n_looks,
         }
 
-    def _run(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None:
+    def _run(self, title: str, views: Sequence[Viewpoint]) -> None:
         try:
             try:
-                self.sink.begin(title, views, names)
+                self.sink.begin(title, views)
                 while not self._is_over.wait(self._period_s):
                     self._write()
                 self._write()

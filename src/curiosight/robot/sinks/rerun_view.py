@@ -33,7 +33,7 @@ class RerunView(Sink):
         self._places: dict[int, tuple[float, float, float]] = {}
         self._why = ""
 
-    def begin(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None:
+    def begin(self, title: str, views: Sequence[Viewpoint]) -> None:
         self._stream = self._rerun.RecordingStream("curiosight")
         self._connect()
         self._stream.send_recording_name(title)

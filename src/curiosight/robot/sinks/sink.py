@@ -43,8 +43,8 @@ class Sink(Protocol):
 
     name: str
 
-    def begin(self, title: str, views: Sequence[Viewpoint], names: Sequence[str]) -> None:
-        """Make ready. title: what is watched; all its views, and names of their regions."""
+    def begin(self, title: str, views: Sequence[Viewpoint]) -> None:
+        """Make ready. title: what is watched; views: all that it has."""
         ...
 
     def write(self, moment: Moment) -> None:
