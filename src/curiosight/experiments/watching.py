@@ -120,13 +120,12 @@ class Watching:
     def _note(self, look: Look) -> None:
         """Write a look to the tables, and the model now and then; in the learning thread."""
         frame, segmentation = look.verdict.shot.frame, look.verdict.segmentation
-        index = look.verdict.shot.index
         self.problems.add_told(frame, segmentation)
         if self.asked.is_learning:
             self.lessons.add(frame, segmentation)
             self.has_learned |= look.n_regrown > 0
-            if index is not None:  # those of a camera would never end
-                self._ids.add(frame.id)
+            self._ids.add(frame.id)
+        index = look.verdict.shot.index
         region = -1 if index is None else int(self.regions.of_view[index])
         row = {
             "look": look.number,
