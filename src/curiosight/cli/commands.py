@@ -17,6 +17,7 @@ COMMANDS = {
     "info": "Say what a recording is: layout, frames, camera, poses, ground truth, regions.",
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
+    "watch": "Watch a source live: map its newest frame, learn meanwhile, say where to go and why.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",
@@ -28,8 +29,7 @@ COMMANDS = {
     "segment": "Segment depth: objects on supports (salient), supports and walls (not), the rest "
     "unknown.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
-    "export": "Write a recording as an RL-IAC folder, which the program of the paper's authors "
-    "reads.",
+    "export": "Write a recording for others: as an RL-IAC folder or as a ROS bag.",
     "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",
     "score-teacher": "Score the teacher's labels, and its objects, against ground truth.",
     "bench": "Time the stages of the method, frame by frame, on one thread.",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from curiosight.datasets.bags.bag import bag_files
+from curiosight.datasets.bags.writer import BAG_LAYOUTS, BagWriter
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.dataset import Dataset, KnowsDistances, KnowsInstances, KnowsPlaces
 from curiosight.datasets.doubts import Doubt, find_doubts
@@ -27,6 +29,7 @@ from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
 from curiosight.datasets.layouts.rl_iac import RlIac
 from curiosight.datasets.layouts.rl_iac_tables import GraphNode
 from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
+from curiosight.datasets.layouts.ros_bag import RosBag
 from curiosight.datasets.layouts.scanner_app import ScannerApp
 from curiosight.datasets.layouts.scannet import ScanNet
 from curiosight.datasets.layouts.seven_scenes import SevenScenes
@@ -46,8 +49,10 @@ from curiosight.errors import DataError
 
 __all__ = [
     "AS_RECORDED",
+    "BAG_LAYOUTS",
     "SOURCES",
     "ArkitScenes",
+    "BagWriter",
     "Bop",
     "Dataset",
     "DexNet",
@@ -72,6 +77,7 @@ __all__ = [
     "RgbdScenesV2",
     "RlIac",
     "RlIacWriter",
+    "RosBag",
     "ScanNet",
     "ScannerApp",
     "SevenScenes",
@@ -92,6 +98,7 @@ __all__ = [
 
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
+    RosBag,
     IclNuim,
     TumRgbd,
     TumAssociations,
@@ -139,7 +146,7 @@ def open_dataset(
     """
     path = Path(path)
     try:
-        dataset = _open(path)
+        dataset = _open(path, reading.topics)
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
     if isinstance(dataset, Video):
@@ -157,11 +164,15 @@ def open_dataset(
     return dataset
 
 
-def _open(path: Path) -> Recording | Video:
+def _open(path: Path, topics: str) -> Recording | Video:
     if not path.exists():
         raise DataError(path, "does not exist", "check the path")
     if is_foreign(path):
         raise refusal(path)
+    if RosBag.recognises(path):
+        return RosBag(path, topics)
+    if topics:
+        raise DataError(path, "is no bag, and has no topics", "leave --topics away")
     for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
@@ -169,6 +180,9 @@ def _open(path: Path) -> Recording | Video:
         raise DataError(path, "is a file, and no video", "give the folder of a recording")
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
+    if bags := bag_files(path):
+        found = f"holds {len(bags)} bags"
+        raise DataError(path, found, f"give one of them, {bags[0].name} say")
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)

@@ -33,9 +33,14 @@ def open_source(
         return open_dataset(source, ground_truth=ground_truth, reading=reading)
     if ground_truth is not None:
         raise ValueError("ground-truth: expected none for what is drawn, which has its own")
+    check_drawn(reading)
+    return open_drawn(str(source))
+
+
+def check_drawn(reading: Reading) -> None:
+    """Raise ValueError where it overrules anything of what is drawn."""
     if reading != AS_RECORDED:
         raise ValueError("reading: expected nothing of what is drawn to be overruled, it is right")
-    return open_drawn(str(source))
 
 
 def is_drawn(source: Path | str) -> bool:

@@ -9,9 +9,6 @@ from curiosight.errors import DataError
 AS_FOLDER = "write its colour and depth (16-bit PNG) to rgb/ and depth/, with a camera.json"
 RECORD3D = f"{AS_FOLDER}: its own depth is float metres in LZFSE or EXR"
 REMEDY = {
-    ".bag": f"is a bag of ROS 1 or RealSense|{AS_FOLDER}",
-    ".db3": f"is a bag of ROS 2|{AS_FOLDER}",
-    ".mcap": f"is a bag of ROS 2|{AS_FOLDER}",
     ".sens": "is a scan of ScanNet|export its color, depth, pose, intrinsic with SensReader",
     ".oni": f"is a recording of OpenNI|{AS_FOLDER}",
     ".mkv": "is a recording of an Azure Kinect|unpack it with Open3D's azure_kinect_mkv_reader.py",
