@@ -19,7 +19,7 @@ from curiosight.robot.feed import EndedError, Feed, Shot
 from room import View, kinect, poses_around, render
 
 UNIT = 0.0005  # metres: twice as fine as usual
-NEAR, MIDDLE = 1000, (59, 79)
+NEAR, MIDDLE = 1000, (59, 83)
 FIRST_S = 1_700_000_000
 
 

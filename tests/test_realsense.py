@@ -24,7 +24,7 @@ from drawn_cameras import FIRST_S, MIDDLE, NEAR, UNIT, DrawnRealSense, room_view
 rs: Any = pytest.importorskip("pyrealsense2")
 
 Capsys = pytest.CaptureFixture[str]
-N_FRAMES = 20
+N_FRAMES, SHIFT = 20, 0.02
 
 
 def number_of(shot: Shot) -> int:
@@ -41,7 +41,7 @@ def next_shot(feed: CameraFeed) -> Shot:
 
 
 def test_depth_is_registered_to_colour_in_its_own_unit() -> None:
-    drawn = DrawnRealSense(shift=0.02)
+    drawn = DrawnRealSense(shift=SHIFT)
     feed = CameraFeed(RealSense("drawn", drawn.device))
     assert feed.newest(0.01) is None
     drawn.show(3)
@@ -50,7 +50,7 @@ def test_depth_is_registered_to_colour_in_its_own_unit() -> None:
     units[54:66, 74:86] = NEAR + 3
     metres = np.where(units == 0, np.nan, units * np.float32(UNIT)).astype(np.float32)
     T_colour_depth = np.eye(4)
-    T_colour_depth[0, 3] = np.float32(0.02)
+    T_colour_depth[0, 3] = np.float32(SHIFT)
     expected = register_depth(metres, drawn.depth_camera, drawn.camera, T_colour_depth)
     assert frame.depth is not None
     assert np.allclose(frame.depth, expected, atol=1e-5, equal_nan=True)
@@ -89,7 +89,7 @@ def test_stream_that_is_missing_is_named() -> None:
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What pyrealsense2 records of a software device: 20 frames."""
     path = tmp_path_factory.mktemp("recordings") / "realsense.db3"
-    drawn = DrawnRealSense(shift=0.0)
+    drawn = DrawnRealSense(shift=SHIFT)
     recorder = rs.recorder(str(path), drawn.device)
     camera = RealSense("drawn", recorder)
     for number in range(N_FRAMES):
@@ -127,6 +127,9 @@ def test_recording_is_read_without_the_driver(recording: Path) -> None:
         number = int(frame.rgb[0, 0, 0])
         assert frame.depth[MIDDLE] == pytest.approx((NEAR + number) * UNIT, abs=1e-5)
     assert dataset.camera.fx == pytest.approx(DrawnRealSense().camera.fx)
+    assert dataset.depth_camera is not None
+    assert dataset.depth_camera.T_colour_depth[:3, 3] == pytest.approx([SHIFT, 0, 0])
+    assert dataset.depth_camera.camera.fx == pytest.approx(DrawnRealSense().depth_camera.fx)
 
 
 def test_watch_learns_from_it(

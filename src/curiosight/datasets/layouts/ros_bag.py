@@ -67,7 +67,9 @@ class RosBag(Recording):
             self.mount, camera = calibration.mount, calibration.camera
             form = calibration.depth_form(told_unit(self._bag, remarks))
             depth_size = self._depth_size(entries)
-            depth_camera = depth_camera_of(choice, camera, depth_size, transforms, remarks)
+            depth_camera = depth_camera_of(
+                self._bag, choice, camera, depth_size, transforms, remarks
+            )
             if depth_camera is not None:
                 camera = with_window(path, camera, depth_camera)
             cameras = calibration.of_frames or [None] * len(entries)
