@@ -22,6 +22,7 @@ from curiosight.datasets.layouts.images import Images
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.record3d import Record3d
 from curiosight.datasets.layouts.refused import REFUSED
 from curiosight.datasets.layouts.replica import Replica
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
@@ -71,6 +72,7 @@ __all__ = [
     "Osd",
     "Prefetch",
     "Reading",
+    "Record3d",
     "Recording",
     "Replica",
     "RgbdScenes",
@@ -99,6 +101,7 @@ __all__ = [
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
     RosBag,
+    Record3d,
     IclNuim,
     TumRgbd,
     TumAssociations,

@@ -7,12 +7,12 @@ from pathlib import Path
 from curiosight.errors import DataError
 
 AS_FOLDER = "write its colour and depth (16-bit PNG) to rgb/ and depth/, with a camera.json"
-RECORD3D = f"{AS_FOLDER}: its own depth is float metres in LZFSE or EXR"
+RECORD3D = f"share the .r3d itself, which is read; or {AS_FOLDER}"
 REMEDY = {
     ".sens": "is a scan of ScanNet|export its color, depth, pose, intrinsic with SensReader",
     ".oni": f"is a recording of OpenNI|{AS_FOLDER}",
     ".mkv": "is a recording of an Azure Kinect|unpack it with Open3D's azure_kinect_mkv_reader.py",
-    ".r3d": f"is a recording of Record3D|{RECORD3D}",
+    ".exr": f"is an export of Record3D with depth as EXR|{RECORD3D}",
     ".klg": f"is a log of ElasticFusion's logger|{AS_FOLDER}",
 }
 # A video in Matroska is a Kinect's where it has its tags, or a raw track of depth.
@@ -32,15 +32,13 @@ def is_foreign(path: Path) -> bool:
 
 def refusal(path: Path) -> DataError:
     """Return the error that says what a foreign recording is and how to convert it."""
-    ending = ".r3d" if path.is_dir() else path.suffix.lower()
+    ending = ".exr" if path.is_dir() else path.suffix.lower()
     found, _, remedy = REMEDY[ending].partition("|")
     return DataError(path, f"{found}, which is not read", remedy)
 
 
 def _is_record3d(path: Path) -> bool:
-    """Tell whether a folder is an unpacked recording of Record3D, or what it exports with EXR."""
-    if (path / "metadata").is_file():
-        return any((path / "rgbd").glob("*.depth"))
+    """Tell whether a folder is what Record3D exports with EXR."""
     return (path / "metadata.json").is_file() and any((path / "depth").glob("*.exr"))
 
 
