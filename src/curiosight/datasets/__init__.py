@@ -13,6 +13,7 @@ from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.fixing import fix_units
 from curiosight.datasets.layouts.arkit_scenes import ArkitScenes
+from curiosight.datasets.layouts.azure_kinect import AzureKinect
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
@@ -53,6 +54,7 @@ __all__ = [
     "BAG_LAYOUTS",
     "SOURCES",
     "ArkitScenes",
+    "AzureKinect",
     "BagWriter",
     "Bop",
     "Dataset",
@@ -102,6 +104,7 @@ __all__ = [
 SOURCES = (
     RosBag,
     Record3d,
+    AzureKinect,
     IclNuim,
     TumRgbd,
     TumAssociations,
@@ -186,6 +189,9 @@ def _open(path: Path, topics: str) -> Recording | Video:
     if bags := bag_files(path):
         found = f"holds {len(bags)} bags"
         raise DataError(path, found, f"give one of them, {bags[0].name} say")
+    if inside := [child for child in sorted(path.iterdir()) if _is_one_file(child)]:
+        found = f"holds {len(inside)} recordings of one file each"
+        raise DataError(path, found, f"give one of them, {inside[0].name} say")
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)
@@ -197,6 +203,10 @@ def _open(path: Path, topics: str) -> Recording | Video:
         return Named(path)
     remedy = f"did you mean {inside[0]}?" if inside else LOOKED_FOR
     raise DataError(path, "is no recording of a known layout", remedy)
+
+
+def _is_one_file(path: Path) -> bool:
+    return path.is_file() and (Record3d.recognises(path) or AzureKinect.recognises(path))
 
 
 def _has_depth(path: Path) -> bool:
