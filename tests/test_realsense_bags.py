@@ -11,6 +11,7 @@ import pytest
 from bags import Line, Messages, write_bag
 from curiosight.datasets import open_dataset
 from curiosight.datasets.cameras.registration import register_depth
+from curiosight.errors import DataError
 from curiosight.frame import Camera
 from drawn_cameras import UNIT, room_views
 from room import kinect
@@ -96,3 +97,10 @@ def test_it_is_read_with_its_unit_and_both_cameras(tmp_path: Path) -> None:
 def test_unit_is_the_one_that_is_noted(tmp_path: Path, unit: float) -> None:
     dataset = open_dataset(write_bag(tmp_path / "old.bag", lines(1, unit=unit), "ros1"))
     assert dataset.depth_scale == pytest.approx(unit)
+
+
+def test_orbbecs_own_recordings_are_refused_with_a_remedy(tmp_path: Path) -> None:
+    image = MAKE.image(room_views()[0].rgb, "rgb8", START_NS)
+    path = write_bag(tmp_path / "orbbec.bag", [("/cam/sensor_2/frameType_2", 1, image)], "ros1")
+    with pytest.raises(DataError, match=r"a recording of Orbbec's SDK.*play it into ROS"):
+        open_dataset(path)

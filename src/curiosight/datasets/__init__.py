@@ -20,6 +20,7 @@ from curiosight.datasets.layouts.folder import Folder
 from curiosight.datasets.layouts.foreign import is_foreign, refusal
 from curiosight.datasets.layouts.icl_nuim import IclNuim
 from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.lerobot import LeRobot
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
@@ -68,6 +69,7 @@ __all__ = [
     "KnowsDistances",
     "KnowsInstances",
     "KnowsPlaces",
+    "LeRobot",
     "Named",
     "ObjectBox",
     "Open3d",
@@ -105,6 +107,7 @@ SOURCES = (
     RosBag,
     Record3d,
     AzureKinect,
+    LeRobot,
     IclNuim,
     TumRgbd,
     TumAssociations,

@@ -16,7 +16,7 @@ from curiosight.errors import DataError
 # So many frames ahead are sooner decoded and passed over than sought.
 MAX_STEPS = 30
 # Depth as it is stored; any other form of pixels would be brought to eight bits.
-DEEP = ("gray16le", "gray16be", "grayf32le")
+DEEP = ("gray16le", "gray16be", "grayf32le", "gray12le", "gray10le")
 
 
 class CodedVideo:
@@ -74,6 +74,19 @@ class CodedVideo:
         if self._container is not None:
             self._container.close()
         self._container, self._frames, self._at_ns = None, iter(()), -1
+
+
+def count_frames(path: Path) -> int:
+    """Return how many images the video of a file holds; raises `DataError` where it is none."""
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            stream = container.streams.video[0]
+            n_told = int(stream.frames)
+            return n_told or sum(packet.size > 0 for packet in container.demux(stream))
+    except (av.FFmpegError, IndexError) as error:
+        raise DataError(path, f"cannot be read as a video ({error})", "copy it again") from None
 
 
 def require_av(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,8 @@ from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Rgb
 
+# It calls its own messages sensor_msgs/Image: read as those, they would be wrong.
+ORBBEC = re.compile(r"/cam/(sensor_\d+/frameType_\d+|streamProfileType_\d+)$")
 ZERO_OR_ONE_TIME = "are all stamped alike: the times of recording are taken"
 
 
@@ -49,6 +52,10 @@ class RosBag(Recording):
     def __init__(self, path: Path, topics: str = "") -> None:
         require_rosbags(path)
         self._bag = Bag(path)
+        if any(map(ORBBEC.match, self._bag.topics)):
+            found = "is a recording of Orbbec's SDK, whose images are not those of ROS"
+            remedy = "play it into ROS (orbbec_camera, bag_filename) and record that, or save "
+            raise DataError(path, found, f"{remedy}colour and 16-bit depth with pyorbbecsdk")
         choice = choose_topics(self._bag, topics)
         remarks = list(self._bag.remarks)
         self._topics = {"colour": choice.colour, "depth": choice.depth}
