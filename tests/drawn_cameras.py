@@ -144,7 +144,7 @@ class DrawnRealSense:
         """Show the room, marked by the number: colour in a corner, depth before the middle."""
         view = room_views()[number % len(room_views())]
         rgb, depth = view.rgb.copy(), np.nan_to_num(view.depth / UNIT).astype(np.uint16)
-        rgb[:8, :8], depth[54:66, 74:86] = number, NEAR + number
+        rgb[:8, :8], depth[54:66, 74:86] = number % 256, NEAR + number % 256
         self.show_depth(number, depth)
         self.show_colour(number, rgb)
 

@@ -70,7 +70,18 @@ def test_frames_of_one_moment_alone_are_given() -> None:
     drawn.show_colour(1, room_views()[0].rgb)  # the colour of 0 was lost, and the depth of 1
     shots, end = shots_of(feed)
     assert not shots
-    assert "colour and depth came, but not of one moment" in str(end)
+    assert "colour and depth come, but not of one moment" in str(end)
+    feed.close()
+
+
+def test_camera_that_stopped_is_told_from_one_that_never_began() -> None:
+    drawn = DrawnRealSense()
+    camera = RealSense("drawn", drawn.device)
+    feed = CameraFeed(camera)
+    feed.newest(0.01)
+    drawn.show(0)
+    next_shot(feed)
+    assert camera.silence(now=time.monotonic() + 2) == "colour and depth have stopped"
     feed.close()
 
 
@@ -81,7 +92,7 @@ def test_stream_that_is_missing_is_named() -> None:
     drawn.show_colour(1, room_views()[0].rgb)
     shots, end = shots_of(feed)
     assert not shots
-    assert "no depth at all" in str(end)
+    assert "(no depth at all)" in str(end)
     feed.close()
 
 

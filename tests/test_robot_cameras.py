@@ -68,7 +68,6 @@ def test_what_was_seen_at_one_moment_is_paired() -> None:
         *[None, None, (3.2, 3.0)],
         *[None, None],
     ]
-    assert pairs.n_seen == [4, 4]
 
 
 @pytest.fixture(scope="module")

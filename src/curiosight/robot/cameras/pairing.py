@@ -22,11 +22,9 @@ class Pairing(Generic[Item]):
             deque(maxlen=N_KEPT),
             deque(maxlen=N_KEPT),
         )
-        self.n_seen = [0, 0]
 
     def add(self, stream: int, item: Item) -> tuple[Item, Item] | None:
         """Take what stream 0 (colour) or 1 (depth) gave; return the pair that it completes."""
-        self.n_seen[stream] += 1
         others = self._waiting[1 - stream]
         if others:
             nearest = min(others, key=lambda other: self._apart(item, other))

@@ -31,6 +31,8 @@ RECORDINGS = (".db3", ".bag")
 # Of the time between two frames: what is farther apart is not of one moment.
 PAIR_SHARE = 0.6
 N_QUEUED = 8
+# A stream that has given nothing for so long has stopped.
+STOPPED_S = 1.0
 MAX_OFF = 1e-6
 
 
@@ -64,6 +66,7 @@ class RealSense:
         self._read_calibration(colour[1], depth[1])
         period_ms = 1000 / (min(colour[1].fps(), depth[1].fps()) or RATE_HZ)
         self._pairing = Pairing(_apart_ms, PAIR_SHARE * period_ms)
+        self._heard_at: list[float | None] = [None, None]
         self._queue = rs.frame_queue(N_QUEUED, keep_frames=True)
         self._playback = device.as_playback() if device.is_playback() else None
         # A sensor of both, as the D405 has it, is opened once.
@@ -106,6 +109,7 @@ class RealSense:
         newest = None
         for single in frame.as_frameset() if frame.is_frameset() else [frame]:
             stream = DEPTH if single.profile.stream_type() == self._rs.stream.depth else COLOUR
+            self._heard_at[stream] = time.monotonic()
             newest = self._pairing.add(stream, _taken(single)) or newest
         return newest
 
@@ -127,12 +131,16 @@ class RealSense:
         stamp_ns = round(grabbed[COLOUR].stamp_ms * 1e6)
         return Frame(frame_id(stamp_ns), rgb, metres, self.camera, stamp_ns=stamp_ns)
 
-    def silence(self) -> str:
-        n_colour, n_depth = self._pairing.n_seen
-        if n_colour and n_depth:
-            return "colour and depth came, but not of one moment"
-        missing = [name for name, n in (("colour", n_colour), ("depth", n_depth)) if not n]
-        return f"no {' and no '.join(missing)} at all"
+    def silence(self, now: float | None = None) -> str:
+        now = time.monotonic() if now is None else now
+        named = dict(zip(("colour", "depth"), self._heard_at, strict=True))
+        never = [name for name, at in named.items() if at is None]
+        stopped = [name for name, at in named.items() if at is not None and now - at > STOPPED_S]
+        if never:
+            return f"no {' and no '.join(never)} at all"
+        if stopped:
+            return f"{' and '.join(stopped)} {'have' if len(stopped) > 1 else 'has'} stopped"
+        return "colour and depth come, but not of one moment"
 
     def close(self) -> None:
         for sensor in self._sensors:
