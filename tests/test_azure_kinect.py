@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from curiosight import check_dataset
-from curiosight.datasets import open_dataset
+from curiosight.datasets import AzureKinect, open_dataset
 from curiosight.datasets.cameras.azure_kinect import read_calibration
 from curiosight.datasets.cameras.registration import register_depth
 from curiosight.errors import DataError
@@ -162,6 +162,13 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
     (tmp_path / "camera.json").unlink()
     with pytest.raises(DataError, match=r"give one of them, kinect\.mkv say"):
         open_dataset(tmp_path)
+
+
+def test_infrared_is_no_depth(tmp_path: Path) -> None:
+    colour, _, infrared = tracks()
+    path = tmp_path / "kinect.mkv"
+    path.write_bytes(write_kinect([colour, infrared], calibration()))
+    assert not AzureKinect.recognises(path)
 
 
 def test_depth_that_needs_a_decoder_is_decoded_to_the_bit(tmp_path: Path) -> None:

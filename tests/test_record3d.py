@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import builtins
+import io
 import json
 import pickle
 import zipfile
@@ -69,8 +71,17 @@ def members(scale: int = 1, **changes: Any) -> dict[str, bytes]:
     return found
 
 
-def write_r3d(path: Path, contents: dict[str, bytes], prefix: str = "") -> Path:
-    with zipfile.ZipFile(path, "w") as file:
+class Stream(io.BytesIO):
+    """What cannot be gone back in: sizes come behind their members then."""
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        raise OSError("it flows on")
+
+
+def write_r3d(
+    path: Path, contents: dict[str, bytes], prefix: str = "", *, method: int = zipfile.ZIP_STORED
+) -> Path:
+    with zipfile.ZipFile(path, "w", method) as file:
         for name, content in contents.items():
             file.writestr(prefix + name, content)
     return path
@@ -155,6 +166,36 @@ def test_cut_file_is_read_to_its_last_whole_frame(tmp_path: Path) -> None:
     remarks = open_dataset(path).remarks
     assert "it was cut short: what is whole is read" in remarks
     assert "1 frames lack colour or depth: left out" in remarks
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_cut_file_that_was_streamed_is_read_alike(tmp_path: Path, method: int) -> None:
+    stream = Stream()
+    with zipfile.ZipFile(stream, "w", method) as file:
+        for name, content in members().items():
+            file.writestr(name, content)
+        last = file.getinfo("rgbd/2.depth")
+    assert last.flag_bits & 8
+    end = last.header_offset + 100
+    path = tmp_path / "room.r3d"
+    path.write_bytes(stream.getvalue())
+    check_frames(path)
+    path.write_bytes(stream.getvalue()[:end])
+    check_frames(path, 2)
+
+
+def test_missing_unpacker_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_r3d(tmp_path / "room.r3d", members())
+    usual = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name in ("lzfse", "liblzfse"):
+            raise ImportError(name)
+        return usual(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(DataError, match=r"needs lzfse, which is missing; pip install"):
+        open_dataset(path)
 
 
 def test_bad_frames_are_data(tmp_path: Path) -> None:

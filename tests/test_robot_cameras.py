@@ -70,6 +70,14 @@ def test_what_was_seen_at_one_moment_is_paired() -> None:
     ]
 
 
+def refusal_after_notes(capsys: Capsys, *arguments: Any) -> str:
+    """Run a command that says what it sees before it fails; return its last line."""
+    outcome = call(capsys, *arguments)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    return outcome.err.splitlines()[-1]
+
+
 @pytest.fixture(scope="module")
 def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("video") / "room.mp4"
@@ -198,6 +206,14 @@ def test_camera_that_never_gives_a_frame_is_refused(
     drawn(DrawnCamera(0, after=at_its_end()))
     assert "drawn: has no frames" in refusal(capsys, "watch", "realsense:", "--learn")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_video_that_ends_while_it_looks_round_is_refused(
+    capsys: Capsys, drawn: Callable[[Device], None], tmp_path: Path
+) -> None:
+    drawn(DrawnCamera(5, after=at_its_end()))
+    line = refusal_after_notes(capsys, "watch", "realsense:", "--learn", "--out", tmp_path / "run")
+    assert line == ("curiosight: drawn: was at its end before the first map; give a longer one")
 
 
 def test_colour_alone_is_mapped_and_teaches_nothing(

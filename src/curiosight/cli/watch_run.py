@@ -58,6 +58,8 @@ def run_watch(
                 lost = error  # said when all is told
             finally:  # whatever happens, what was learned is kept
                 summary = run.finish()
+    if run.ended is not None and not run.seconds:
+        lost = DataError(dataset.name, "was at its end before the first map", "give a longer one")
     if lost is not None and not run.seconds:
         raise lost
     talk.warn_of(run.problems, len(dataset), "taught nothing")

@@ -6,6 +6,7 @@ import struct
 import zipfile
 import zlib
 from dataclasses import dataclass
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
 from curiosight.datasets.decoding import UnreadableFile
@@ -13,6 +14,9 @@ from curiosight.errors import DataError
 
 LOCAL_HEADER = struct.Struct("<4s5H3I2H")
 LOCAL_MARK = b"PK\x03\x04"
+# Behind a member that was written before its size was known.
+DESCRIPTOR = struct.Struct("<4s3I")
+DESCRIPTOR_MARK = b"PK\x07\x08"
 STORED, DEFLATED = 0, 8
 ENCRYPTED, SIZES_FOLLOW = 1, 8
 # No member of a recording is as large; more would be damage, or a trap.
@@ -84,21 +88,38 @@ def _unpacked(packed: bytes, method: int) -> bytes | None:
 
 
 def _from_the_beginning(path: Path) -> dict[str, Member]:
-    """List whole members by their own headers, as far as these say how long they are."""
+    """List whole members by their own headers, and by what follows those that were streamed."""
     found: dict[str, Member] = {}
-    n_bytes = path.stat().st_size
-    with path.open("rb") as file:
-        while True:
-            at = file.tell()
-            head = file.read(LOCAL_HEADER.size)
-            if len(head) < LOCAL_HEADER.size or not head.startswith(LOCAL_MARK):
+    if not path.stat().st_size:
+        return found
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        at = 0
+        while content[at : at + 4] == LOCAL_MARK and at + LOCAL_HEADER.size <= len(content):
+            fields = LOCAL_HEADER.unpack_from(content, at)
+            _, _, flags, method, _, _, checksum, packed, _, n_name, n_extra = fields
+            start = at + LOCAL_HEADER.size + n_name + n_extra
+            name = content[at + LOCAL_HEADER.size : start - n_extra].decode("utf-8", "replace")
+            end = start + packed
+            if flags & SIZES_FOLLOW:
+                told = _told_behind(content, start)
+                if told is None:
+                    return found
+                checksum, packed = told
+                end = start + packed + DESCRIPTOR.size
+            if end > len(content):
                 return found
-            _, _, flags, method, _, _, checksum, packed, _, n_name, n_extra = LOCAL_HEADER.unpack(
-                head
-            )
-            name = file.read(n_name).decode("utf-8", "replace")
-            end = at + LOCAL_HEADER.size + n_name + n_extra + packed
-            if flags & (ENCRYPTED | SIZES_FOLLOW) or end > n_bytes:
-                return found
-            found[name] = Member(at, packed, method, checksum)
-            file.seek(end)
+            if not flags & ENCRYPTED:
+                found[name] = Member(at, packed, method, checksum)
+            at = end
+    return found
+
+
+def _told_behind(content: mmap, start: int) -> tuple[int, int] | None:
+    """Return the checksum and size of what begins there and says them at its end; None if cut."""
+    at = content.find(DESCRIPTOR_MARK, start)
+    while at >= 0 and at + DESCRIPTOR.size <= len(content):
+        _, checksum, packed, _ = DESCRIPTOR.unpack_from(content, at)
+        if packed == at - start:
+            return checksum, packed
+        at = content.find(DESCRIPTOR_MARK, at + 1)
+    return None

@@ -48,10 +48,14 @@ class FirstFrames:
         self.rest: Feed = _Recognised(feed, frames)
 
     def __len__(self) -> int:
-        return len(self._frames)
+        return len(self.ids)
 
     def __getitem__(self, index: int) -> Frame:
         return self._frames[index]
+
+    def let_go(self) -> None:
+        """Forget the images: what there is to find out of them is found out."""
+        self._frames = []
 
     def has_ground_truth(self, index: int) -> bool:
         return False

@@ -61,6 +61,8 @@ class Watching:
         self._ids: set[str] = set()
         self.seconds = 0.0
         parts = make_parts(config, dataset, asked, drawn)
+        if isinstance(dataset, FirstFrames):
+            dataset.let_go()
         self.config, self.learner, self.regions = parts.config, parts.learner, parts.regions
         drive = None if drawn is None else Drive(len(dataset))
         self.advice = Advice(parts.make_strategy, parts.views, parts.regions.names, drive=drive)

@@ -175,9 +175,14 @@ def _find(file: Matroska, role: str) -> Track | None:
     for track in file.tracks:
         if track.name.upper() == role:
             return track
-    fits = [track for track in file.tracks if track.width and _is_deep(track) == (role == "DEPTH")]
-    is_kinects = any(_is_deep(track) for track in file.tracks)
+    pictures = [track for track in file.tracks if track.width and not _is_infrared(track)]
+    fits = [track for track in pictures if _is_deep(track) == (role == "DEPTH")]
+    is_kinects = any(_is_deep(track) for track in pictures)
     return fits[0] if fits and is_kinects else None
+
+
+def _is_infrared(track: Track) -> bool:
+    return track.name.upper() == "IR" or "K4A_IR_TRACK" in track.tags
 
 
 def _is_deep(track: Track) -> bool:

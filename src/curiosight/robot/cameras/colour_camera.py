@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +48,8 @@ class ColourCamera:
         elif not Path(which).exists():
             raise CameraError(self.name, "there is no such device or video", _remedy())
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-        capture = cv2.VideoCapture(int(which) if which.isdecimal() else which)
+        with _silent():
+            capture = cv2.VideoCapture(int(which) if which.isdecimal() else which)
         if not capture.isOpened():
             if self._is_video:
                 raise CameraError(
@@ -96,6 +99,18 @@ class ColourCamera:
     def close(self) -> None:
         self._is_closed.set()
         self._capture.release()
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Have OpenCV say nothing of its own: what it found is said in one line."""
+    levels = cv2.utils.logging
+    before = levels.getLogLevel()
+    levels.setLogLevel(levels.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        levels.setLogLevel(before)
 
 
 def _remedy() -> str:

@@ -123,8 +123,9 @@ def open_oak(which: str) -> Oak:
         what = f"no OAK camera{f' {which}' if which else ''} was found on USB or the network"
         raise CameraError(name, what, "plug it in, and see the rights of USB (udev rules)")
     try:
-        pipeline = dai.Pipeline(dai.Device(found[0]))
-        queue, form = _wire(dai, pipeline)
+        device = dai.Device(found[0])
+        pipeline = dai.Pipeline(device)
+        queue, form = _wire(dai, pipeline, has_stereo=bool(device.getAvailableStereoPairs()))
         pipeline.start()
     except RuntimeError as error:
         raise CameraError(name, f"cannot be started ({error})", "plug it in again") from None
@@ -135,12 +136,17 @@ def _is_asked(info: Any, which: str) -> bool:
     return which in ("", info.deviceId, info.name)
 
 
-def _wire(dai: Any, pipeline: Any) -> tuple[Any, DepthForm]:
-    """Make colour, and depth registered to it, of one moment; return their queue and the unit."""
+def _wire(dai: Any, pipeline: Any, *, has_stereo: bool) -> tuple[Any, DepthForm | None]:
+    """Make colour, and depth registered to it, of one moment; return their queue and the unit.
+
+    has_stereo: it has eyes for depth; without, the unit is None.
+    """
     camera = pipeline.create(dai.node.Camera).build()
     colour = camera.requestOutput(
         SIZE, dai.ImgFrame.Type.RGB888i, fps=RATE_HZ, enableUndistortion=True
     )
+    if not has_stereo:
+        return colour.createOutputQueue(maxSize=1, blocking=False), None
     depth = pipeline.create(dai.node.Depth)
     depth.setAlignTo(colour)
     queue = synced(dai, pipeline, colour, depth.depth)
