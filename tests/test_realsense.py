@@ -143,6 +143,31 @@ def test_recording_is_read_without_the_driver(recording: Path) -> None:
     assert dataset.depth_camera.camera.fx == pytest.approx(DrawnRealSense().depth_camera.fx)
 
 
+def test_frames_are_paired_by_when_they_were_taken_not_by_when_they_came(tmp_path: Path) -> None:
+    path = tmp_path / "late.db3"
+    drawn = DrawnRealSense()
+    recorder = rs.recorder(str(path), drawn.device)
+    camera = RealSense("drawn", recorder)
+    for number in range(8):  # colour comes when the next depth is there already
+        drawn.show_depth(number, np.full((120, 160), NEAR + number, np.uint16))
+        time.sleep(0.002)
+        if number:
+            drawn.show_colour(number - 1, np.full((120, 160, 3), number - 1, np.uint8))
+        time.sleep(0.02)
+    time.sleep(0.2)
+    camera.close()
+    del camera, recorder, drawn
+    gc.collect()
+    dataset = open_dataset(path)
+    assert "colour and depth are paired by the frames' own times" in dataset.remarks
+    assert len(dataset) >= 5
+    for index in range(len(dataset)):
+        frame = dataset[index]
+        assert frame.depth is not None
+        number = int(frame.rgb[0, 0, 0])
+        assert frame.depth[60, 80] == pytest.approx((NEAR + number) * UNIT, abs=1e-5)
+
+
 def test_watch_learns_from_it(
     capsys: Capsys, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

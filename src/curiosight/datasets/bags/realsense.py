@@ -1,4 +1,4 @@
-"""What RealSense's own recordings say beside usual messages: where each stream's camera is."""
+"""What RealSense's own recordings say beside usual messages: cameras, and times of frames."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.bags.bag import Bag, Topic
@@ -14,6 +15,8 @@ from curiosight.frame import Pose, is_rigid
 STREAM = re.compile(r"^(/device_\d+/sensor_\d+/[^/]+_\d+)/")
 # ROS 1 until 2025, databases since.
 KINDS = ("geometry_msgs/msg/Transform", "std_msgs/msg/String")
+CLOCK, TIME = re.compile(r"timestamp_domain=([^;]+)"), re.compile(r";timestamp=(\d+(?:\.\d+)?)")
+Times = npt.NDArray[np.int64]
 PARTS = re.compile(r"rotation=([^;]+);translation=([^;]+)")
 
 
@@ -33,6 +36,37 @@ def stream_extrinsics(bag: Bag, colour: Topic, depth: Topic) -> tuple[Pose, str]
             T_depth_reference, _ = told["depth"][reference]
             return T_colour_reference @ np.linalg.inv(T_depth_reference), topic
     return None
+
+
+def frame_times(bag: Bag, colour: Topic, depth: Topic) -> tuple[Times, Times] | None:
+    """Return when the images of both streams were taken, nanoseconds, one an image.
+
+    Stamps in its databases say when a frame arrived: colour comes later than the depth of its
+    moment, and may be nearer to the next. None where not all images of both have a time of their
+    own, by one clock.
+    """
+    told = [_times_of(bag, image) for image in (colour, depth)]
+    if told[0] is None or told[1] is None or told[0][1] != told[1][1]:
+        return None
+    return told[0][0], told[1][0]
+
+
+def _times_of(bag: Bag, image: Topic) -> tuple[Times, str] | None:
+    """Return the times of a stream's images, and by which clock."""
+    stream = STREAM.match(image.name)
+    about = None if stream is None else bag.topics.get(f"{stream[1]}/image/metadata")
+    if about is None or about.type != KINDS[1]:
+        return None
+    clocks, at = set(), {}
+    for number, message in about.readable():
+        clock, time = CLOCK.search(message.data), TIME.search(message.data)
+        if clock is not None and time is not None:
+            clocks.add(clock[1])
+            at[int(about.logged_ns[number])] = round(float(time[1]) * 1e6)
+    logged = image.logged_ns.tolist()
+    if len(clocks) != 1 or not all(moment in at for moment in logged):
+        return None
+    return np.array([at[moment] for moment in logged], np.int64), clocks.pop()
 
 
 def _of_stream(bag: Bag, stream: str) -> dict[int, tuple[Pose, str]]:

@@ -18,6 +18,7 @@ from curiosight.datasets.bags.choice import Choice, choose_topics
 from curiosight.datasets.bags.images import to_depth, to_rgb
 from curiosight.datasets.bags.message_types import TF_MESSAGE, require_rosbags
 from curiosight.datasets.bags.messages import NS_PER_SECOND
+from curiosight.datasets.bags.realsense import Times, frame_times
 from curiosight.datasets.bags.transforms import Transforms
 from curiosight.datasets.cameras.depth_camera import with_window
 from curiosight.datasets.decoding import UnreadableFile
@@ -28,6 +29,7 @@ from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Rgb
 
+Listed = list[tuple[int, Path]]
 # It calls its own messages sensor_msgs/Image: read as those, they would be wrong.
 ORBBEC = re.compile(r"/cam/(sensor_\d+/frameType_\d+|streamProfileType_\d+)$")
 ZERO_OR_ONE_TIME = "are all stamped alike: the times of recording are taken"
@@ -115,7 +117,11 @@ class RosBag(Recording):
         )
         if not depth:
             return [Entry(frame_id(stamp), file, stamp_ns=stamp) for stamp, file in colour]
-        pairs = associate(colour, depth[0])
+        assert choice.depth is not None
+        times = frame_times(self._bag, choice.colour, choice.depth)
+        if times is not None:
+            remarks.append("colour and depth are paired by the frames' own times")
+        pairs = self._paired(colour, depth[0], times)
         within = f"within {MAX_OFFSET_NS // 1_000_000} ms"
         if not pairs:
             raise DataError(
@@ -128,6 +134,19 @@ class RosBag(Recording):
         rest = f"; {left} colour images have none: left out" if left else ""
         remarks.append(f"depth is the nearest in time {within}{rest}")
         return [Entry(frame_id(stamp), rgb, file, stamp_ns=stamp) for stamp, rgb, file in pairs]
+
+    def _paired(
+        self, colour: Listed, depth: Listed, times: tuple[Times, Times] | None
+    ) -> list[tuple[int, Path, Path]]:
+        """Pair by stamps, or by the times of each image where these are known."""
+        if times is None:
+            return associate(colour, depth)
+        own = [
+            sorted((int(of_images[self._numbers[file]]), file) for _, file in listed)
+            for listed, of_images in zip((colour, depth), times, strict=True)
+        ]
+        stamp_of = {file: stamp for stamp, file in colour}
+        return sorted((stamp_of[rgb], rgb, file) for _, rgb, file in associate(*own))
 
     def _listed(
         self, path: Path, role: str, topic: Topic, *, by_log: bool, remarks: list[str]
