@@ -37,10 +37,10 @@ STAIRS = (
 )
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 # The Gymnasium environments are a room of their own, and look into three others; the robot's is
-# one, too, and looks into four.
-MAX_ROOMS, MAX_ARROWS = 20 + 1 + 1, 91 + 3 + 5
+# one, too, and looks into six.
+MAX_ROOMS, MAX_ARROWS = 20 + 1 + 1, 91 + 3 + 6
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
-OPTIONAL |= {"lz4", "backports", "mcap"}
+OPTIONAL |= {"lz4", "backports", "mcap", "pyrealsense2", "depthai", "av", "lzfse", "liblzfse"}
 
 # What others' base classes make of ours; only who uses them imports these.
 ADAPTERS = {Path("learner/sklearn_estimator.py"), Path("gym/environment.py")}

@@ -104,9 +104,9 @@ def watch(
     """Watch a source live: map its newest frame, learn meanwhile, say where to go and why.
 
     A recording is replayed at its own pace, again and again; of a room or home a drive is drawn
-    first, and the explorer drives. Writes config.toml, looks.csv, decisions.csv, summary.json
-    and, with --learn, model.npz. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it,
-    and ends the log of --mcap.
+    first, and the explorer drives. A camera is realsense:[SERIAL], oak:[ID] or camera:0, of colour
+    alone. Writes config.toml, looks.csv, decisions.csv, summary.json and, with --learn, model.npz.
+    Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it, and ends the log of --mcap.
     Exit status 1: it was to learn, and nothing was learned.
     """
     if seconds is not None and not (isfinite(seconds) and seconds > 0):

@@ -12,6 +12,8 @@ from curiosight.cli.talk import Talk, count
 from curiosight.cli.watch_sinks import SinkTrouble, recorded
 from curiosight.config import Config
 from curiosight.datasets import Dataset
+from curiosight.errors import DataError
+from curiosight.experiments.camera_start import FirstFrames, for_camera, open_live
 from curiosight.experiments.driving import DrawnDrive, parse_drawn, plan_drive
 from curiosight.experiments.exploring import load_run_model
 from curiosight.experiments.live_page import LivePage
@@ -21,7 +23,7 @@ from curiosight.experiments.watching import Watching
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds import is_drawn, open_source
-from curiosight.worlds.sources import check_drawn
+from curiosight.worlds.sources import check_drawn, is_camera
 
 # Between two lines of a run that nobody looks at in a terminal.
 LINE_EVERY_S = 5.0
@@ -40,8 +42,10 @@ def run_watch(
     if asked.model is not None:
         load_run_model(asked.model)  # a wrong one is refused before anything is drawn
     check_regions(config)
+    config = for_camera(config) if is_camera(source) else config
+    lost = None
     with ExitStack() as stack, announce_compilation(talk.console):
-        dataset, drawn = _open(talk, live, config, source, stack)
+        dataset, drawn = _open(talk, live, config, source, asked, stack)
         live.say("surveying what is to be seen")
         run = Watching(config, dataset, folder, asked, drawn=drawn)
         if drawn is None:
@@ -51,12 +55,22 @@ def run_watch(
         with CtrlC() as ctrl_c:
             try:
                 _follow(talk, run, seconds, ctrl_c)
+            except DataError as error:
+                lost = error  # said when all is told
             finally:  # whatever happens, what was learned is kept
                 summary = run.finish()
+    if run.ended is not None and not run.seconds:
+        lost = DataError(dataset.name, "was at its end before the first map", "give a longer one")
+    if lost is not None and not run.seconds:
+        raise lost
     talk.warn_of(run.problems, len(dataset), "taught nothing")
     if asked.is_learning:
         tell_lessons(talk, run.lessons, has_learned=run.has_learned)
     talk.results("watch", _rows(run, summary, folder), {**summary, "out": str(folder.path)})
+    if lost is not None:
+        raise lost
+    if run.ended is not None:
+        talk.note(run.ended)
     if ctrl_c.is_pressed:
         kept = "what was learned is kept" if asked.is_learning else "the run is kept"
         talk.note(f"stopped after {summary['seconds']:.0f} s; {kept}")
@@ -65,9 +79,11 @@ def run_watch(
 
 
 def _open(
-    talk: Talk, live: LivePage, config: Config, source: Path, stack: ExitStack
+    talk: Talk, live: LivePage, config: Config, source: Path, asked: Asked, stack: ExitStack
 ) -> tuple[Dataset, DrawnViews | None]:
-    """Open a recording, or draw the drive through what is drawn."""
+    """Open a recording or a camera, or draw the drive through what is drawn."""
+    if is_camera(source):
+        return _look_round(talk, live, config, source, asked, stack), None
     if not is_drawn(source):
         live.say(f"opening {source}")
         return open_source(source, reading=config.reading), None
@@ -86,6 +102,19 @@ def _open(
     return drive, views
 
 
+def _look_round(
+    talk: Talk, live: LivePage, config: Config, source: Path, asked: Asked, stack: ExitStack
+) -> FirstFrames:
+    """Open a camera, and look at what it sees at first."""
+    live.say(f"opening {source}")
+    feed = stack.enter_context(closing(open_live(str(source))))
+    if asked.is_learning and not feed.device.has_depth:
+        found = f"{feed.device.name} sees colour alone: it is mapped, with --model RUN"
+        raise ValueError(f"learn: expected a camera with depth, {found}")
+    live.say("looking round")
+    return FirstFrames(feed, config.teacher.n_survey_frames)
+
+
 def _tell_page(talk: Talk, live: LivePage) -> None:
     """Say where the page is, once nothing can be refused that a refusal of one line was for."""
     if live.url is not None:
@@ -93,7 +122,12 @@ def _tell_page(talk: Talk, live: LivePage) -> None:
 
 
 def _introduce(talk: Talk, run: Watching, source: Path, dataset: Dataset) -> None:
-    talk.introduce(source, dataset, for_depth=False)
+    if isinstance(dataset, FirstFrames):
+        talk.note(f"{dataset.name}: looked round, {count(len(dataset), 'frame')}")
+        for remark in dataset.remarks:
+            talk.note(f"  {remark}")
+    else:
+        talk.introduce(source, dataset, for_depth=False)
     talk.note(
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), strategy {run.strategy}"
     )

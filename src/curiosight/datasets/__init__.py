@@ -13,15 +13,18 @@ from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.fixing import fix_units
 from curiosight.datasets.layouts.arkit_scenes import ArkitScenes
+from curiosight.datasets.layouts.azure_kinect import AzureKinect
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
 from curiosight.datasets.layouts.foreign import is_foreign, refusal
 from curiosight.datasets.layouts.icl_nuim import IclNuim
 from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.lerobot import LeRobot
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.record3d import Record3d
 from curiosight.datasets.layouts.refused import REFUSED
 from curiosight.datasets.layouts.replica import Replica
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
@@ -52,6 +55,7 @@ __all__ = [
     "BAG_LAYOUTS",
     "SOURCES",
     "ArkitScenes",
+    "AzureKinect",
     "BagWriter",
     "Bop",
     "Dataset",
@@ -65,12 +69,14 @@ __all__ = [
     "KnowsDistances",
     "KnowsInstances",
     "KnowsPlaces",
+    "LeRobot",
     "Named",
     "ObjectBox",
     "Open3d",
     "Osd",
     "Prefetch",
     "Reading",
+    "Record3d",
     "Recording",
     "Replica",
     "RgbdScenes",
@@ -99,6 +105,9 @@ __all__ = [
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
     RosBag,
+    Record3d,
+    AzureKinect,
+    LeRobot,
     IclNuim,
     TumRgbd,
     TumAssociations,
@@ -183,6 +192,9 @@ def _open(path: Path, topics: str) -> Recording | Video:
     if bags := bag_files(path):
         found = f"holds {len(bags)} bags"
         raise DataError(path, found, f"give one of them, {bags[0].name} say")
+    if inside := [child for child in sorted(path.iterdir()) if _is_one_file(child)]:
+        found = f"holds {len(inside)} recordings of one file each"
+        raise DataError(path, found, f"give one of them, {inside[0].name} say")
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)
@@ -194,6 +206,10 @@ def _open(path: Path, topics: str) -> Recording | Video:
         return Named(path)
     remedy = f"did you mean {inside[0]}?" if inside else LOOKED_FOR
     raise DataError(path, "is no recording of a known layout", remedy)
+
+
+def _is_one_file(path: Path) -> bool:
+    return path.is_file() and (Record3d.recognises(path) or AzureKinect.recognises(path))
 
 
 def _has_depth(path: Path) -> bool:

@@ -262,6 +262,10 @@ class Recording:
         """Read the (h, w) numbers of a depth image as they are; raises `UnreadableFile`."""
         return read_raw_depth(path)
 
+    def read_confidence(self, path: Path) -> npt.NDArray[Any]:
+        """Read how sure depth is, (h, w) whole numbers; raises `UnreadableFile`."""
+        return read_grey(path)
+
     def read_rgb(self, path: Path) -> Rgb:
         """Read a colour image, (H, W, 3) uint8; raises `UnreadableFile`."""
         return read_rgb(path, is_turned=self.is_turned)
@@ -319,7 +323,7 @@ class Recording:
         if self.depth_size is not None:
             check_frame_size(entry.depth, depth.shape, self.depth_size)
         if entry.confidence is not None and self.min_confidence > 0:
-            confidence = fit_to(read_grey(entry.confidence), depth.shape[1::-1])
+            confidence = fit_to(self.read_confidence(entry.confidence), depth.shape[1::-1])
             depth[confidence < self.min_confidence] = np.nan
         depth_camera = entry.depth_camera or self.depth_camera
         if depth_camera is not None:

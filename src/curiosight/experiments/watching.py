@@ -13,6 +13,7 @@ import numpy.typing as npt
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
+from curiosight.experiments.camera_start import FirstFrames
 from curiosight.experiments.components import note_frames, place
 from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.keeping import Keeping
@@ -21,7 +22,7 @@ from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.watch_parts import Asked, make_parts
 from curiosight.learner.archive import MODEL, find_model
 from curiosight.robot.advice import Advice
-from curiosight.robot.feed import Replay
+from curiosight.robot.feed import EndedError, Feed, Replay
 from curiosight.robot.plan import Plan
 from curiosight.robot.routes import Drive, rounds
 from curiosight.robot.shown import Shown
@@ -35,11 +36,12 @@ COLUMNS = ("look", "seconds", "id", "region", "error", "samples")
 
 
 class Watching:
-    """One watch of a recording or a drive, and the folder it writes.
+    """One watch of a recording, a drive or a camera, and the folder it writes.
 
+    dataset: of a camera its `FirstFrames`, which more will follow.
     drawn: the views that were drawn, where the source is a drive: the explorer drives then, along
         its frames; else somebody has driven already, and it gives advice.
-    has_learned: the looks changed what the model says.
+    has_learned: the looks changed what the model says. ended: why the source has no more frames.
     """
 
     def __init__(
@@ -56,15 +58,18 @@ class Watching:
         self._keeping = keeping or Keeping()
         self.problems, self.lessons = Problems(), Lessons()
         self.has_learned = False
+        self.ended: str | None = None
         self._ids: set[str] = set()
         self.seconds = 0.0
         parts = make_parts(config, dataset, asked, drawn)
+        if isinstance(dataset, FirstFrames):
+            dataset.let_go()
         self.config, self.learner, self.regions = parts.config, parts.learner, parts.regions
         drive = None if drawn is None else Drive(len(dataset))
         self.advice = Advice(parts.make_strategy, parts.views, parts.regions.names, drive=drive)
         self.watch = Watch(
             self.learner,
-            Replay(dataset, rounds(len(dataset)) if drive is None else drive),
+            _feed_of(dataset, drive),
             parts.teacher,
             is_learning=asked.is_learning,
             advice=self.advice,
@@ -114,17 +119,23 @@ class Watching:
             watch.stop()
             for recorder in self.recorders:
                 recorder.stop()
-        if watch.failure is not None:
+        if isinstance(watch.failure, EndedError):
+            self.ended = str(watch.failure)
+        elif watch.failure is not None:
             raise watch.failure
 
     def _note(self, look: Look) -> None:
         """Write a look to the tables, and the model now and then; in the learning thread."""
         frame, segmentation = look.verdict.shot.frame, look.verdict.segmentation
-        self.problems.add_told(frame, segmentation)
+        # Frames of a recording come again; those of a camera would be ever more.
+        comes_again = not isinstance(self.dataset, FirstFrames)
+        if comes_again:
+            self.problems.add_told(frame, segmentation)
         if self.asked.is_learning:
             self.lessons.add(frame, segmentation)
             self.has_learned |= look.n_regrown > 0
-            self._ids.add(frame.id)
+            if comes_again:
+                self._ids.add(frame.id)
         index = look.verdict.shot.index
         region = -1 if index is None else int(self.regions.of_view[index])
         row = {
@@ -151,7 +162,8 @@ class Watching:
 
     def save(self, *, is_packed: bool = True) -> Path:
         """Write the model; while it runs only where nothing changes it."""
-        note_frames(self.learner, self.dataset, self._ids)
+        if self._ids:
+            note_frames(self.learner, self.dataset, self._ids)
         path = self.out.file(MODEL)
         self.learner.save(path, is_packed=is_packed)
         return path
@@ -189,3 +201,9 @@ class Watching:
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary() if self.asked.is_learning else None,
         }
+
+
+def _feed_of(dataset: Dataset, drive: Drive | None) -> Feed:
+    if isinstance(dataset, FirstFrames):
+        return dataset.rest
+    return Replay(dataset, rounds(len(dataset)) if drive is None else drive)

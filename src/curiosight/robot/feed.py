@@ -32,6 +32,10 @@ class Shot:
     taken_at: float
 
 
+class EndedError(Exception):
+    """There will be no more frames, and nothing is wrong: a video is at its end, say."""
+
+
 class Feed(Protocol):
     """A source of live frames: a camera, or what is replayed as if one saw it now."""
 
@@ -43,7 +47,7 @@ class Feed(Protocol):
     def newest(self, timeout_s: float) -> Shot | None:
         """Wait for a frame that was not given yet, and return the newest; None = none in time.
 
-        One thread asks. Raises what went wrong with the source.
+        One thread asks. Raises what went wrong with the source, `EndedError` at its end.
         """
         ...
 

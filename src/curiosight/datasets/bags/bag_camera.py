@@ -14,6 +14,7 @@ import numpy as np
 from curiosight.datasets.bags.bag import Bag, Topic
 from curiosight.datasets.bags.camera_info import is_distorted, to_camera
 from curiosight.datasets.bags.choice import REGISTERED_WORDS, Choice
+from curiosight.datasets.bags.realsense import stream_extrinsics
 from curiosight.datasets.bags.transforms import Transforms, frame_of
 from curiosight.datasets.cameras.calibration import KINECT, KINECTS, usual_camera
 from curiosight.datasets.cameras.camera_file import CameraFile, read_camera_file, scaled_camera
@@ -74,6 +75,7 @@ def bag_camera(
 
 
 def depth_camera_of(
+    bag: Bag,
     choice: Choice,
     camera: Camera,
     depth_size: tuple[int, int],
@@ -82,8 +84,8 @@ def depth_camera_of(
 ) -> DepthCamera | None:
     """Return the camera of depth that is not registered to colour; None where it is.
 
-    Told by the topic's name, by the frames of both and by their CameraInfo. Where it cannot be
-    told, depth is taken to be registered, and that is said.
+    Told by the topic's name, by the frames of both, or as RealSense tells it, and by CameraInfo.
+    Where it cannot be told, depth is taken to be registered, and that is said.
     """
     depth = choice.depth
     if depth is None or REGISTERED_WORDS.search(depth.name.lower()) or not all(depth_size):
@@ -93,6 +95,11 @@ def depth_camera_of(
     is_rectified = bool(RECTIFIED.search(depth.name))
     own = None if info is None else to_camera(info, depth_size, is_rectified=is_rectified)
     T_colour_depth = np.eye(4) if frames[0] == frames[1] else transforms.between(*frames)
+    who = f"depth ({frames[1]}) is registered to colour ({frames[0]})"
+    streams = stream_extrinsics(bag, choice.colour, depth)
+    if streams is not None:  # frames are called alike in its old recordings
+        T_colour_depth, topic = streams
+        who = f"depth is registered to colour, by {topic}"
     if T_colour_depth is None or own is None:
         if frames[0] != frames[1]:
             why = "tf does not join them" if own is not None else "no CameraInfo is depth's"
@@ -102,7 +109,7 @@ def depth_camera_of(
     is_there = np.abs(T_colour_depth - np.eye(4)).max() < MAX_OFF_METRES
     if is_there and _is_same(own, camera):
         return None
-    remarks.append(f"depth ({frames[1]}) is registered to colour ({frames[0]})")
+    remarks.append(who)
     return DepthCamera(own, T_colour_depth)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from curiosight.datasets.bags.choice import Choice, choose_topics
 from curiosight.datasets.bags.images import to_depth, to_rgb
 from curiosight.datasets.bags.message_types import TF_MESSAGE, require_rosbags
 from curiosight.datasets.bags.messages import NS_PER_SECOND
+from curiosight.datasets.bags.realsense import Times, frame_times
 from curiosight.datasets.bags.transforms import Transforms
 from curiosight.datasets.cameras.depth_camera import with_window
 from curiosight.datasets.decoding import UnreadableFile
@@ -27,6 +29,9 @@ from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
 from curiosight.frame import Rgb
 
+Listed = list[tuple[int, Path]]
+# It calls its own messages sensor_msgs/Image: read as those, they would be wrong.
+ORBBEC = re.compile(r"/cam/(sensor_\d+/frameType_\d+|streamProfileType_\d+)$")
 ZERO_OR_ONE_TIME = "are all stamped alike: the times of recording are taken"
 
 
@@ -49,6 +54,10 @@ class RosBag(Recording):
     def __init__(self, path: Path, topics: str = "") -> None:
         require_rosbags(path)
         self._bag = Bag(path)
+        if any(map(ORBBEC.match, self._bag.topics)):
+            found = "is a recording of Orbbec's SDK, whose images are not those of ROS"
+            remedy = "play it into ROS (orbbec_camera, bag_filename) and record that, or save "
+            raise DataError(path, found, f"{remedy}colour and 16-bit depth with pyorbbecsdk")
         choice = choose_topics(self._bag, topics)
         remarks = list(self._bag.remarks)
         self._topics = {"colour": choice.colour, "depth": choice.depth}
@@ -67,7 +76,9 @@ class RosBag(Recording):
             self.mount, camera = calibration.mount, calibration.camera
             form = calibration.depth_form(told_unit(self._bag, remarks))
             depth_size = self._depth_size(entries)
-            depth_camera = depth_camera_of(choice, camera, depth_size, transforms, remarks)
+            depth_camera = depth_camera_of(
+                self._bag, choice, camera, depth_size, transforms, remarks
+            )
             if depth_camera is not None:
                 camera = with_window(path, camera, depth_camera)
             cameras = calibration.of_frames or [None] * len(entries)
@@ -106,7 +117,11 @@ class RosBag(Recording):
         )
         if not depth:
             return [Entry(frame_id(stamp), file, stamp_ns=stamp) for stamp, file in colour]
-        pairs = associate(colour, depth[0])
+        assert choice.depth is not None
+        times = frame_times(self._bag, choice.colour, choice.depth)
+        if times is not None:
+            remarks.append("colour and depth are paired by the frames' own times")
+        pairs = self._paired(colour, depth[0], times)
         within = f"within {MAX_OFFSET_NS // 1_000_000} ms"
         if not pairs:
             raise DataError(
@@ -119,6 +134,19 @@ class RosBag(Recording):
         rest = f"; {left} colour images have none: left out" if left else ""
         remarks.append(f"depth is the nearest in time {within}{rest}")
         return [Entry(frame_id(stamp), rgb, file, stamp_ns=stamp) for stamp, rgb, file in pairs]
+
+    def _paired(
+        self, colour: Listed, depth: Listed, times: tuple[Times, Times] | None
+    ) -> list[tuple[int, Path, Path]]:
+        """Pair by stamps, or by the times of each image where these are known."""
+        if times is None:
+            return associate(colour, depth)
+        own = [
+            sorted((int(of_images[self._numbers[file]]), file) for _, file in listed)
+            for listed, of_images in zip((colour, depth), times, strict=True)
+        ]
+        stamp_of = {file: stamp for stamp, file in colour}
+        return sorted((stamp_of[rgb], rgb, file) for _, rgb, file in associate(*own))
 
     def _listed(
         self, path: Path, role: str, topic: Topic, *, by_log: bool, remarks: list[str]
