@@ -18,6 +18,7 @@ COMMANDS = {
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
     "watch": "Watch a source live: map its newest frame, learn meanwhile, say where to go and why.",
+    "ros": "Run a ROS 2 node: map what a camera sees, learn meanwhile, and explore by Nav2.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",

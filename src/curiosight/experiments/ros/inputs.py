@@ -1,0 +1,267 @@
+"""What the node listens to, and what it sees of it."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from curiosight.datasets.bags.bag_camera import RECTIFIED
+from curiosight.datasets.bags.transforms import stamp_of
+from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.topics.frames import Joining, TopicFrames
+from curiosight.datasets.topics.tf_buffer import TfBuffer
+from curiosight.experiments.ros.packages import Ros
+from curiosight.robot.ros.goals import FloorMap, Place
+from curiosight.robot.ros.missing import Quality, Seen, TopicSeen
+
+COMPRESSED = re.compile(r"/compressed(Depth)?$")
+SENSOR = Quality("best_effort", "volatile")
+LATCHED = Quality("reliable", "transient_local")
+
+
+@dataclass(slots=True)
+class Ear:
+    """A topic that is listened to."""
+
+    name: str
+    what: str
+    kind: str
+    asked: Quality
+    is_once: bool = False
+    n: int = 0
+    last_at: float = 0.0
+    last_stamp_ns: int | None = None
+    policies: set[str] = field(default_factory=set)
+    subscription: Any = None
+
+
+def beside(image_topic: str) -> str:
+    """Return where the CameraInfo of an image topic is.
+
+    >>> beside("/camera/color/image_raw/compressed")
+    '/camera/color/camera_info'
+    """
+    return COMPRESSED.sub("", image_topic).rpartition("/")[0] + "/camera_info"
+
+
+class Inputs:
+    """Subscriptions, made by `open` and given up by `close`.
+
+    values: of the parameters. on_colour: is given each colour message, in the executor's thread.
+    """
+
+    def __init__(
+        self, ros: Ros, node: Any, values: dict[str, Any], on_colour: Callable[[Any], None]
+    ) -> None:
+        self._ros, self._node, self._values, self._on_colour = ros, node, values, on_colour
+        self.tf = TfBuffer()
+        self.frames = TopicFrames(self.tf, self._joining())
+        self.floor: FloorMap | None = None
+        self._ears: list[Ear] = []
+        self._told_lacks: dict[str, int] = {}
+
+    @property
+    def has_depth(self) -> bool:
+        return bool(self._values["depth_topic"])
+
+    def _joining(self) -> Joining:
+        values = self._values
+        return Joining(
+            world=values["world_frame"],
+            max_gap_s=values["max_stamp_gap"],
+            wait_s=values["max_wait"],
+            depth_form=DepthForm(values["depth_unit"]),
+            is_rectified=bool(RECTIFIED.search(values["color_topic"])),
+            is_depth_rectified=bool(RECTIFIED.search(values["depth_topic"])),
+        )
+
+    def open(self) -> None:
+        values, frames, ros = self._values, self.frames, self._ros
+        asked = Quality(values["reliability"], "volatile")
+        colour, depth = values["color_topic"], values["depth_topic"]
+        self._listen(colour, "colour", self._image_type(colour), asked, self._on_colour)
+        info = values["color_info_topic"] or beside(colour)
+        if self.has_depth:
+            depth_info = values["depth_info_topic"] or beside(depth)
+            self._listen(depth, "depth", self._image_type(depth), asked, frames.add_depth)
+            kind = ros.sensor_msgs_msg.CameraInfo
+            take = partial(setattr, frames, "info")
+            self._listen(info, "CameraInfo of colour", kind, SENSOR, take)
+            if depth_info != info:
+                take = partial(setattr, frames, "depth_info")
+                self._listen(depth_info, "CameraInfo of depth", kind, SENSOR, take)
+        tf = ros.tf2_msgs_msg.TFMessage
+        moving = Quality("best_effort", "volatile")
+        take = partial(self.tf.take, is_static=False)
+        self._listen("/tf", "transforms", tf, moving, take, depth=100)
+        take = partial(self.tf.take, is_static=True)
+        self._listen("/tf_static", "static transforms", tf, LATCHED, take, depth=100)
+        grid = ros.nav_msgs_msg.OccupancyGrid
+        self._listen(values["map_topic"], "map", grid, LATCHED, self._take_floor, depth=1)
+
+    def close(self) -> None:
+        for ear in self._ears:
+            self._node.destroy_subscription(ear.subscription)
+        self._ears = []
+
+    def _image_type(self, topic: str) -> Any:
+        messages = self._ros.sensor_msgs_msg
+        return messages.CompressedImage if COMPRESSED.search(topic) else messages.Image
+
+    def _listen(
+        self,
+        name: str,
+        what: str,
+        kind: Any,
+        asked: Quality,
+        take: Callable[[Any], None],
+        depth: int = 5,
+    ) -> None:
+        ros = self._ros
+        package = kind.__module__.partition(".")[0]
+        name = self._node.resolve_topic_name(name)
+        ear = Ear(name, what, f"{package}/msg/{kind.__name__}", asked)
+        ear.is_once = asked == LATCHED
+
+        def hear(message: Any) -> None:
+            ear.n += 1
+            ear.last_at = time.monotonic()
+            if hasattr(message, "header"):
+                ear.last_stamp_ns = stamp_of(message.header)
+            take(message)
+
+        def refuse(event: Any) -> None:
+            policy = ros.rclpy_qos.qos_policy_name_from_kind(event.last_policy_kind)
+            ear.policies.add(policy)
+
+        ear.subscription = self._node.create_subscription(
+            kind,
+            name,
+            hear,
+            profile(ros, asked, depth),
+            event_callbacks=ros.rclpy_event_handler.SubscriptionEventCallbacks(
+                incompatible_qos=refuse
+            ),
+        )
+        self._ears.append(ear)
+
+    def _take_floor(self, message: Any) -> None:
+        info, turn = message.info, message.info.origin.orientation
+        yaw = float(np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y),
+                               1 - 2 * (turn.y**2 + turn.z**2)))  # fmt: skip
+        cells = np.asarray(message.data, np.int8)
+        if info.resolution > 0 and cells.size == info.height * info.width > 0:
+            origin = Place(info.origin.position.x, info.origin.position.y, yaw)
+            shape = info.height, info.width
+            self.floor = FloorMap(cells.reshape(shape), float(info.resolution), origin)
+
+    def base_pose(self) -> Any:
+        """Return T_world_base as far as it is known now; None = it is not."""
+        values = self._values
+        link = self.tf.parents.get(values["base_frame"].removeprefix("/"))
+        now_ns = self.frames.last_colour_ns
+        if link is not None and link.rows:
+            now_ns = link.rows[-1][0]
+        if now_ns is None:
+            return None
+        return self.tf.pose(values["world_frame"], values["base_frame"], now_ns, hold_ns=10**9)
+
+    def camera_on_base(self) -> Any:
+        """Return T_base_camera as it is now; None = not known."""
+        stamp = self.frames.last_colour_ns
+        if stamp is None:
+            return None
+        camera, base = self.frames.colour_frame, self._values["base_frame"]
+        return self.tf.pose(base, camera, stamp, hold_ns=10**9)
+
+    def seen(self, refused: dict[str, str]) -> Seen:
+        """Return what is seen of the graph now; refused: of our own topics."""
+        wanted = [ear for ear in self._ears if ear.what not in _WHERE]
+        alike: dict[str, list[str]] = {}
+        for name, kinds in self._node.get_topic_names_and_types():
+            if self._node.count_publishers(name):
+                for kind in kinds:
+                    alike.setdefault(kind, []).append(name)
+        lacks = self.frames.lacks
+        fresh = {why: n for why, n in lacks.items() if n > self._told_lacks.get(why, 0)}
+        self._told_lacks = dict(lacks)
+        return Seen(
+            [self._seen(ear) for ear in wanted],
+            self._apart_s(),
+            self._values["max_stamp_gap"],
+            self._tf_missing(),
+            refused,
+            fresh,
+            alike,
+        )
+
+    def _tf_missing(self) -> str | None:
+        stamp = self.frames.last_colour_ns
+        if stamp is None:
+            return None
+        world, camera = self._values["world_frame"], self.frames.colour_frame
+        # The last image's own transform may be on its way.
+        if self.tf.pose(world, camera, stamp, hold_ns=500_000_000) is not None:
+            return None
+        why = self.tf.why_not(world, camera, stamp)
+        if why is None:
+            return None
+        lost = [self._seen(ear).missing() for ear in self._ears if ear.what in _WHERE[:2]]
+        return "; ".join([why, *(one for one in lost if one and one.startswith("QoS"))])
+
+    def _apart_s(self) -> float | None:
+        stamp = self.frames.last_colour_ns
+        found = None if stamp is None else self.frames.depths.nearest(stamp)
+        if stamp is None or found is None:
+            return None
+        # The last image's depth may be on its way: what the one before it had counts.
+        newest = self.frames.depths.newest
+        if newest is not None and newest < stamp and stamp - newest < 500_000_000:
+            return None
+        return abs(found[0] - stamp) / 1e9
+
+    def _seen(self, ear: Ear) -> TopicSeen:
+        offers = self._node.get_publishers_info_by_topic(ear.name)
+        now = time.monotonic()
+        ahead = None
+        if ear.last_stamp_ns is not None:
+            ahead = (ear.last_stamp_ns - self._node.get_clock().now().nanoseconds) / 1e9
+            ahead += now - ear.last_at
+        return TopicSeen(
+            ear.name,
+            ear.what,
+            ear.kind,
+            ear.asked,
+            sorted({one.topic_type for one in offers}),
+            [quality_of(one.qos_profile) for one in offers],
+            ear.n,
+            now - ear.last_at if ear.n else None,
+            sorted(ear.policies),
+            ahead,
+            ear.is_once,
+        )
+
+
+# Topics that are asked for only where poses are.
+_WHERE = ("transforms", "static transforms", "map")
+
+
+def quality_of(profile: Any) -> Quality:
+    return Quality(profile.reliability.name.lower(), profile.durability.name.lower())
+
+
+def profile(ros: Ros, quality: Quality, depth: int) -> Any:
+    """Return a QoS profile that keeps the last so many messages."""
+    qos = ros.rclpy_qos
+    return qos.QoSProfile(
+        depth=depth,
+        history=qos.HistoryPolicy.KEEP_LAST,
+        reliability=qos.ReliabilityPolicy[quality.reliability.upper()],
+        durability=qos.DurabilityPolicy[quality.durability.upper()],
+    )
