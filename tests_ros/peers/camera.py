@@ -1,6 +1,6 @@
-"""A camera of another DDS stack (rosless): colour, depth, CameraInfo, tf, and a map of the floor.
+"""A camera: colour, depth, CameraInfo, tf, and a map of the floor, by one of three DDS stacks.
 
-    camera.py SCENE [--rate HZ] [--faults NAME,…] [--seconds S]
+    camera.py SCENE --domain N [--stack NAME] [--rate HZ] [--faults NAME,…] [--seconds S]
 
 It shows the frames of the scene forwards and backwards. Faults: no-depth, no-color, no-info, no-tf,
 no-static, apart (depth is stamped half a second early), volatile-static, own-camera (depth is of a
@@ -13,8 +13,8 @@ import argparse
 import time
 
 import numpy as np
-import rosless
 from scene import R_BODY_CAMERA, quaternion
+from stacks import Advertised, open_stack
 
 T_BASE_CAMERA = np.eye(4)
 T_BASE_CAMERA[:3, :3] = R_BODY_CAMERA
@@ -90,35 +90,40 @@ def floor(stamp_ns: int) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("scene")
+    parser.add_argument("--stack", default="rosless")
     parser.add_argument("--rate", type=float, default=30.0)
     parser.add_argument("--faults", default="")
     parser.add_argument("--seconds", type=float, default=1e9)
+    parser.add_argument("--reliability", default="reliable")
     parser.add_argument("--domain", type=int, required=True)
     given = parser.parse_args()
     faults = set(given.faults.split(",")) - {""}
     scene = np.load(given.scene)
     rgb, depth, poses, K = (scene[name] for name in ("rgb", "depth", "poses", "K"))
-    node = rosless.Node(given.domain)
-    kinds = {"Image": "sensor_msgs/msg/Image", "Info": "sensor_msgs/msg/CameraInfo"}
+    stack = open_stack(given.stack, given.domain)
+
+    def advertise(topic: str, kind: str, quality: str, durability: str, depth: int) -> Advertised:
+        return stack.advertise(topic, kind, reliability=quality, durability=durability, depth=depth)
+
+    def images(topic: str, kind: str) -> Advertised:
+        return advertise(topic, f"sensor_msgs/msg/{kind}", given.reliability, "volatile", 2)
+
     tf = "tf2_msgs/msg/TFMessage"
     colour = depths = infos = depth_infos = moving = fixed = None
-    best = {"reliability": "best_effort", "depth": 2}
     if "no-color" not in faults:
-        colour = node.advertise("/camera/camera/color/image_raw", kinds["Image"], **best)
+        colour = images("/camera/camera/color/image_raw", "Image")
     if "no-info" not in faults:
-        infos = node.advertise("/camera/camera/color/camera_info", kinds["Info"], **best)
+        infos = images("/camera/camera/color/camera_info", "CameraInfo")
     place = "/camera/camera/aligned_depth_to_color"
     if "no-depth" not in faults:
-        depths = node.advertise(f"{place}/image_raw", kinds["Image"], **best)
-        depth_infos = node.advertise(f"{place}/camera_info", kinds["Info"], **best)
+        depths = images(f"{place}/image_raw", "Image")
+        depth_infos = images(f"{place}/camera_info", "CameraInfo")
     if "no-tf" not in faults:
-        moving = node.advertise("/tf", tf, depth=100)
+        moving = advertise("/tf", tf, "reliable", "volatile", 100)
     if "no-static" not in faults:
         durability = "volatile" if "volatile-static" in faults else "transient_local"
-        fixed = node.advertise("/tf_static", tf, durability=durability, depth=10)
-    grid = node.advertise(
-        "/map", "nav_msgs/msg/OccupancyGrid", durability="transient_local", depth=1
-    )
+        fixed = advertise("/tf_static", tf, "reliable", durability, 1)
+    grid = advertise("/map", "nav_msgs/msg/OccupancyGrid", "reliable", "transient_local", 1)
     now = time.time_ns()
     grid.send(floor(now))
     links = [transform(T_BASE_CAMERA, "base_link", "camera_color_optical_frame", now)]

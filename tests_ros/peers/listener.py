@@ -1,6 +1,6 @@
 """A listener of another DDS stack (rosless): prints a line of JSON for each message.
 
-    listener.py TOPIC TYPE [--reliability R] [--durability D]
+listener.py TOPIC TYPE [--reliability R] [--durability D]
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +20,8 @@ from curiosight.frame import Camera, Depth, Frame, Pose
 
 NS = 1_000_000_000
 MAX_OFF_PX = 0.5
+# Colour images whose distance to depth is looked at.
+N_COMPARED = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,7 @@ class TopicFrames:
     """Make frames of a colour topic, a depth topic, their CameraInfo, and tf.
 
     One thread adds messages; others make frames. Why frames could not be taught with is counted
-    in `lacks`.
+    in `lacks`, of `n_settled` in all.
     """
 
     def __init__(self, tf: TfBuffer, joining: Joining) -> None:
@@ -57,6 +59,20 @@ class TopicFrames:
         self.depth_frame = ""
         self.last_colour_ns: int | None = None
         self.lacks: Counter[str] = Counter()
+        self.n_settled = 0
+        self._colours_ns: deque[int] = deque(maxlen=N_COMPARED)
+
+    def apart_s(self) -> float | None:
+        """Return how far the stamps of the last colour and depth images are apart, at the best.
+
+        None where neither, or only one of them, has come.
+        """
+        gaps = [
+            abs(found[0] - stamp) / NS
+            for stamp in list(self._colours_ns)
+            if (found := self.depths.nearest(stamp)) is not None
+        ]
+        return min(gaps, default=None)
 
     def add_depth(self, message: Any) -> None:
         self.depth_frame = clean(message.header.frame_id)
@@ -70,6 +86,7 @@ class TopicFrames:
         rgb = to_rgb(message, "the colour image")
         stamp_ns = stamp_of(message.header)
         self.colour_frame, self.last_colour_ns = clean(message.header.frame_id), stamp_ns
+        self._colours_ns.append(stamp_ns)
         # The last that is known, if need be: a map is not kept waiting for tf.
         pose = self.tf.pose(self.joining.world, self.colour_frame, stamp_ns, hold_ns=NS // 2)
         name = f"{stamp_ns // NS}.{stamp_ns % NS:09d}"
@@ -82,6 +99,7 @@ class TopicFrames:
         """
         assert frame.stamp_ns is not None
         joining, stamp_ns = self.joining, frame.stamp_ns
+        self.n_settled += 1
         found = self.depths.await_nearest(stamp_ns, round(joining.max_gap_s * NS), joining.wait_s)
         pose = self._pose_at(stamp_ns)
         try:

@@ -64,7 +64,7 @@ class Inputs:
         self.frames = TopicFrames(self.tf, self._joining())
         self.floor: FloorMap | None = None
         self._ears: list[Ear] = []
-        self._told_lacks: dict[str, int] = {}
+        self._told: tuple[int, dict[str, int]] = (0, {})
 
     @property
     def has_depth(self) -> bool:
@@ -188,16 +188,18 @@ class Inputs:
             if self._node.count_publishers(name):
                 for kind in kinds:
                     alike.setdefault(kind, []).append(name)
-        lacks = self.frames.lacks
-        fresh = {why: n for why, n in lacks.items() if n > self._told_lacks.get(why, 0)}
-        self._told_lacks = dict(lacks)
+        own = self._node.get_fully_qualified_name() + "/"
+        alike = {
+            kind: [name for name in names if not name.startswith(own)]
+            for kind, names in alike.items()
+        }
         return Seen(
             [self._seen(ear) for ear in wanted],
-            self._apart_s(),
+            self.frames.apart_s(),
             self._values["max_stamp_gap"],
             self._tf_missing(),
             refused,
-            fresh,
+            self._lacks(),
             alike,
         )
 
@@ -215,16 +217,13 @@ class Inputs:
         lost = [self._seen(ear).missing() for ear in self._ears if ear.what in _WHERE[:2]]
         return "; ".join([why, *(one for one in lost if one and one.startswith("QoS"))])
 
-    def _apart_s(self) -> float | None:
-        stamp = self.frames.last_colour_ns
-        found = None if stamp is None else self.frames.depths.nearest(stamp)
-        if stamp is None or found is None:
-            return None
-        # The last image's depth may be on its way: what the one before it had counts.
-        newest = self.frames.depths.newest
-        if newest is not None and newest < stamp and stamp - newest < 500_000_000:
-            return None
-        return abs(found[0] - stamp) / 1e9
+    def _lacks(self) -> dict[str, int]:
+        """Return what most frames since the last time taught nothing for, and how many."""
+        frames, (n_before, told) = self.frames, self._told
+        self._told = frames.n_settled, dict(frames.lacks)
+        fresh = {why: n - told.get(why, 0) for why, n in frames.lacks.items()}
+        n_frames = frames.n_settled - n_before
+        return {why: n for why, n in fresh.items() if n > 0 and 2 * n >= n_frames}
 
     def _seen(self, ear: Ear) -> TopicSeen:
         offers = self._node.get_publishers_info_by_topic(ear.name)
