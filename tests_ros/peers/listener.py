@@ -8,11 +8,13 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from pathlib import Path
 from typing import Any
 
 import rosless
 
 MOST = 64
+MESSAGES = Path(__file__).parent.parent / "messages"
 
 
 def plain(value: Any) -> Any:
@@ -37,6 +39,8 @@ def main() -> None:
     parser.add_argument("--durability", default="volatile")
     parser.add_argument("--domain", type=int, required=True)
     given = parser.parse_args()
+    if given.type not in rosless.type_names():
+        rosless.register_path(MESSAGES / given.type.partition("/")[0])
     node = rosless.Node(given.domain)
     heard = node.subscribe(
         given.topic, given.type, reliability=given.reliability, durability=given.durability

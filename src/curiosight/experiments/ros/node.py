@@ -145,6 +145,7 @@ class CuriosightNode:
             self.start()
         self.is_active = True
         self.reporting.begin()
+        self.log.info("active")
 
     def deactivate(self) -> None:
         """Stop all that, and save."""
