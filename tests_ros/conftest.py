@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,8 @@ class Process:
         )
         self.lines: list[str] = []
         self._fresh: queue.Queue[str] = queue.Queue()
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
 
     def _read(self) -> None:
         assert self.process.stdout is not None
@@ -102,9 +104,10 @@ class Graph:
             "PYTHONUNBUFFERED": "1",
             "ROS_LOG_DIR": str(folder / "log"),
             "NUMBA_NUM_THREADS": "1",
-            # Cyclone looks for others on the loopback, as the others do.
-            "CYCLONEDDS_URI": "<General><Interfaces><NetworkInterface name='lo' multicast='true'/>"
-            "</Interfaces></General>",
+            # Found by others on the loopback without multicast.
+            "CYCLONEDDS_URI": "<General><Interfaces><NetworkInterface address='127.0.0.1'/>"
+            "</Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+            "<Peers><Peer address='127.0.0.1'/></Peers></Discovery>",
         }
         # The wheels start Python anew to set the paths of their libraries; of ours it was done.
         self.env.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
@@ -145,6 +148,10 @@ class Graph:
                 process.process.kill()
         for process in self.processes:
             process.process.wait(10)
+            process.reader.join(10)
+            for pipe in (process.process.stdin, process.process.stdout):
+                with suppress(BrokenPipeError):
+                    pipe.close()
 
 
 @pytest.fixture(scope="session")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 
-from conftest import Graph, Process
 from test_node import SLOW, has_begun
+
+from conftest import Graph, Process
 
 ERROR_STOPPED_FALLING, OUT_OF_TIME, NOWHERE, CANCELED, NO_NAVIGATION = range(5)
 SUCCEEDED, STATUS_CANCELED, ABORTED = 4, 5, 6

@@ -1,4 +1,4 @@
-"""The node on a real graph: rclpy and Fast DDS here, cameras and listeners of other stacks there."""
+"""The node on a real graph: rclpy and Fast DDS, cameras and listeners of other stacks."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import time
 
 import pytest
+
 from conftest import Graph, Process
 
 IMAGE = "sensor_msgs/msg/Image"
@@ -59,7 +60,7 @@ def test_results_are_ranked_located_and_told(graph: Graph) -> None:
     assert [one["id"] for one in message["detections"]] == [str(n) for n in range(len(scores))]
     for one in message["detections"]:
         box = one["bbox"]
-        assert 0 <= box["center"]["position"]["x"] - box["size_x"] / 2 + 0.5
+        assert box["center"]["position"]["x"] - box["size_x"] / 2 + 0.5 >= 0
         assert box["center"]["position"]["x"] + box["size_x"] / 2 <= 640
     grid = progress.json(30)
     assert grid["header"]["frame_id"] == "map"

@@ -1,6 +1,6 @@
 """A fake Nav2: NavigateToPose, which moves the robot in tf as it drives.
 
-    fake_nav2.py [--seconds S] [--refuse-left-of X] [--fail-below Y] [--mute]
+    fake_nav2.py [--seconds S] [--refuse-left-of X] [--fail-below Y]
 
 A goal left of X is refused, one below Y aborted with error 9000. Prints a line of JSON for each.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from contextlib import suppress
 from typing import Any
 
 import rclpy
@@ -75,10 +76,8 @@ def main() -> None:
     nav2 = Nav2(given)
     executor = MultiThreadedExecutor(3)
     executor.add_node(nav2.node)
-    try:
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from curiosight.datasets.bags.images import to_depth, to_rgb
 from curiosight.datasets.bags.transforms import clean, stamp_of
 from curiosight.datasets.cameras.registration import register_depth
 from curiosight.datasets.decoding import UnreadableFile
-from curiosight.datasets.depth_files import DepthForm
+from curiosight.datasets.depth_files import MILLIMETRES, DepthForm
 from curiosight.datasets.topics.by_stamp import ByStamp
 from curiosight.datasets.topics.tf_buffer import TfBuffer
 from curiosight.frame import Camera, Depth, Frame, Pose
@@ -38,7 +38,7 @@ class Joining:
     max_gap_s: float = 0.02
     wait_s: float = 0.2
     hold_s: float = 0.1
-    depth_form: DepthForm = DepthForm()
+    depth_form: DepthForm = MILLIMETRES
     is_rectified: bool = False
     is_depth_rectified: bool = False
 

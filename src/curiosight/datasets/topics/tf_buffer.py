@@ -89,8 +89,8 @@ class TfBuffer(Transforms):
         if self.pose(target, frame, stamp_ns) is not None:
             return None
         for child, link in late:
-            off_s = (stamp_ns - link.rows[-1][0]) / 1e9
-            what = f"{off_s:.2f} s old" if off_s > 0 else f"told only {-off_s:.2f} s later"
+            early_s, late_s = ((stamp_ns - row[0]) / 1e9 for row in (link.rows[0], link.rows[-1]))
+            what = f"{late_s:.2f} s old" if late_s > 0 else f"told only {-early_s:.2f} s later"
             return f"{start} at the image's stamp: {link.parent} to {child} is {what}"
         return f"{start} at the image's stamp: there is a gap"
 

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -287,7 +286,7 @@ def _entity(ros: Ros, owner: CuriosightNode) -> Any:
     """Return what the lifecycle of a node calls."""
     done = ros.rclpy_lifecycle.TransitionCallbackReturn
 
-    def attempt(job: Callable[[], None], _: Any, __: Any) -> Any:
+    def attempt(job: Callable[[], None]) -> Any:
         try:
             job()
         except (ValueError, DataError, OSError) as error:
@@ -298,14 +297,10 @@ def _entity(ros: Ros, owner: CuriosightNode) -> Any:
             return done.ERROR
         return done.SUCCESS
 
+    def method(name: str) -> Callable[[Any, Any], Any]:
+        job = getattr(owner, name)
+        return lambda entity, state: attempt(job)
+
     names = ("configure", "activate", "deactivate", "cleanup", "shutdown")
-    methods = {f"on_{name}": partial(attempt, getattr(owner, name)) for name in names}
-    kind = type(
-        "Entity",
-        (ros.rclpy_lifecycle.ManagedEntity,),
-        {
-            name: (lambda method: lambda self, state: method(self, state))(method)
-            for name, method in methods.items()
-        },
-    )
-    return kind()
+    methods = {f"on_{name}": method(name) for name in names}
+    return type("Entity", (ros.rclpy_lifecycle.ManagedEntity,), methods)()

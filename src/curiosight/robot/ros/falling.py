@@ -24,10 +24,9 @@ class Falling:
         """Note a look. mean_error: of all regions, after it; None = none is known."""
         is_new = region not in self._regions
         self._regions.add(region)
-        if is_new:
-            self._lowest, self.n_since = mean_error, 0
-        elif mean_error is not None and (
-            self._lowest is None or mean_error < self._lowest - self._min_fall
+        if is_new or (
+            mean_error is not None
+            and (self._lowest is None or mean_error < self._lowest - self._min_fall)
         ):
             self._lowest, self.n_since = mean_error, 0
         else:
