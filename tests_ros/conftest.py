@@ -68,11 +68,11 @@ class Process:
 
         return json.loads(self.wait_for(is_it, seconds))
 
-    def ask(self, seconds: float = 40.0, **request: Any) -> Any:
+    def ask(self, within: float = 40.0, **request: Any) -> Any:
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
-        answer = self.json(seconds)
+        answer = self.json(within)
         assert "failure" not in answer, answer
         return answer
 
