@@ -41,6 +41,7 @@ class Learning:
         self.is_paused = self.is_frozen = False
         self._keeping = Keeping()
         self._has_written = False
+        self._written = config
         self.learner: SaliencyLearner = make_learner(config, None)
         self.teacher = SurveyingTeacher(self._make_teacher)
 
@@ -57,7 +58,7 @@ class Learning:
         warm_up(self.config)
 
     def _loaded(self, model: Path) -> SaliencyLearner:
-        learner, _ = load_learner(model, self.config, None)
+        learner, self._written = load_learner(model, self.config, None)
         return learner
 
     def _take(self, learner: SaliencyLearner) -> None:
@@ -121,7 +122,7 @@ class Learning:
 
     def _write(self, name: str, *, is_packed: bool = True) -> Path:
         if not self._has_written:
-            self.folder.write_text("config.toml", to_toml(self.config))
+            self.folder.write_text("config.toml", to_toml(self._written))
             self._has_written = True
         path = self.folder.file(name)
         self.learner.save(path, is_packed=is_packed)
@@ -138,7 +139,9 @@ class Learning:
         if self.n_unsaved:
             kept = f"; the one before is kept as {self._write(self._free_name())}"
         self._take(learner)
+        self._has_written = False
         if model is None:
+            self._written = self.config
             self.teacher = SurveyingTeacher(self._make_teacher)
         return ("begun anew" if model is None else f"loaded {model}") + kept
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,26 +13,23 @@ import numpy as np
 from curiosight.config import Config
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
-from curiosight.experiments.components import choose_strategy
 from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.ros.beginning import Beginning
 from curiosight.experiments.ros.inputs import Inputs
 from curiosight.experiments.ros.learning import Learning
 from curiosight.experiments.ros.navigation import Navigation
 from curiosight.experiments.ros.outputs import Outputs
 from curiosight.experiments.ros.packages import Ros
-from curiosight.experiments.ros.parameters import PARAMETERS
+from curiosight.experiments.ros.parameters import NAMES, Value, check, declare
 from curiosight.experiments.ros.reporting import Reporting
 from curiosight.experiments.ros.services import Services
-from curiosight.explorer import Strategy
-from curiosight.explorer.strategies import check_loadable
-from curiosight.frame import Frame, Viewpoint
+from curiosight.frame import Frame
 from curiosight.robot.feed import Incoming, Shot
 from curiosight.robot.ros.detections import detect
-from curiosight.robot.ros.exploring import Exploring, Rules
-from curiosight.robot.ros.goals import Place, views_from
+from curiosight.robot.ros.exploring import Exploring
+from curiosight.robot.ros.goals import Place
 from curiosight.robot.ros.squares import Squares
 from curiosight.robot.watch import Look, Mapped
-from curiosight.worlds.travel import straight_ways, travel_seconds
 
 NAME = "curiosight"
 
@@ -53,7 +49,8 @@ class CuriosightNode:
         self.ros, self.config, self.folder = ros, config, folder
         self.node: Any = ros.rclpy_lifecycle.LifecycleNode(NAME)
         self.log = self.node.get_logger()
-        self.values = self._declare(asked)
+        given: dict[str, Value] = {"model": str(asked.model or ""), "learn": asked.is_learning}
+        self.values = declare(ros, self.node, given)
         self.learning: Learning | None = None
         self.inputs: Inputs | None = None
         self.squares = Squares(1.0)
@@ -70,42 +67,18 @@ class CuriosightNode:
         self.node.add_on_set_parameters_callback(self._check_parameters)
         self.node.add_managed_entity(_entity(ros, self))
 
-    def _declare(self, asked: Asked) -> dict[str, Any]:
-        messages = self.ros.rcl_interfaces_msg
-        given = {"model": str(asked.model or ""), "learn": asked.is_learning}
-        for one in PARAMETERS:
-            described = messages.ParameterDescriptor(description=one.description)
-            if one.least is not None and one.most is not None:
-                if isinstance(one.default, int):
-                    ends = {"from_value": int(one.least), "to_value": int(one.most)}
-                    described.integer_range = [messages.IntegerRange(step=1, **ends)]
-                else:
-                    span = messages.FloatingPointRange(from_value=one.least, to_value=one.most)
-                    described.floating_point_range = [span]
-            self.node.declare_parameter(one.name, given.get(one.name, one.default), described)
-        return {one.name: self.node.get_parameter(one.name).value for one in PARAMETERS}
-
     def _check_parameters(self, changed: list[Any]) -> Any:
         """Refuse, with a reason, what cannot be; take over what may change at any time."""
         result = self.ros.rcl_interfaces_msg.SetParametersResult
-        known = {one.name: one for one in PARAMETERS}
-        values = {one.name: one.value for one in changed if one.name in known}
+        values = {one.name: one.value for one in changed if one.name in NAMES}
         try:
-            if values.get("strategy") is not None:
-                check_loadable(values["strategy"])
-            if values.get("reliability", "reliable") not in ("reliable", "best_effort"):
-                raise ValueError("reliability: expected best_effort or reliable")
+            check(values, is_configured=self.inputs is not None)
         except (ValueError, DataError) as error:
             return result(successful=False, reason=str(error))
-        is_configured = self.inputs is not None
-        fixed = [name for name in values if not known[name].is_live and name != "model"]
-        if is_configured and fixed:
-            reason = f"{', '.join(fixed)}: can be changed while the node is not configured"
-            return result(successful=False, reason=reason)
         self.values |= values
         exploring = None if self.navigation is None else self.navigation.exploring
         if exploring is not None and "strategy" in values:
-            exploring.change_strategy(self.make_strategy)
+            exploring.change_strategy(self.start_of_exploring().make_strategy)
         return result(successful=True)
 
     @property
@@ -122,7 +95,6 @@ class CuriosightNode:
         values = self.values
         if not (values["model"] or values["learn"]):
             raise ValueError("model: expected a run or model, or learn; got neither")
-        check_loadable(values["strategy"])
         if values["learn"] and not values["depth_topic"]:
             raise ValueError("depth_topic: expected one to learn from, got none")
         learning = Learning(self.config, self.folder, is_learning=values["learn"])
@@ -224,7 +196,8 @@ class CuriosightNode:
         name = self.inputs.frames.colour_frame
         if self.outputs.is_wanted("labels"):
             self.outputs.image("labels", segmentation.labels, "mono8", frame.stamp_ns or 0, name)
-        if segmentation.problem is not None:
+        learning = self.learning
+        if frame.problem is not None or learning is None or not learning.teacher.is_ready:
             return
         pose = frame.T_world_camera
         region = None if pose is None else self.squares.at(float(pose[0, 3]), float(pose[1, 3]))
@@ -233,53 +206,22 @@ class CuriosightNode:
         if self.navigation is not None:
             self.navigation.look(region, look.outcome, look.verdict.shot.taken_at)
 
-    def make_strategy(self, views: tuple[Viewpoint, ...]) -> Strategy:
-        explorer = replace(self.config.explorer, strategy=self.values["strategy"])
-        config = replace(self.config, explorer=explorer)
-        return choose_strategy(config, views, self._rng, ways=_ways)
+    def start_of_exploring(self) -> Beginning:
+        return Beginning(self.config, self.values, self.squares, self._rng)
 
     def begin(self, home: Place | None, max_s: float) -> Exploring:
         """Begin to explore; raises ValueError where something is missing for that."""
-        values, inputs = self.values, self.inputs
-        if not self.is_active or inputs is None:
+        if not self.is_active or self.inputs is None:
             raise ValueError("the node is not active")
-        base, camera = inputs.base_pose(), inputs.camera_on_base()
-        if base is None:
-            raise ValueError(f"no tf from {values['world_frame']} to {values['base_frame']}")
-        if camera is None:
-            what = inputs.frames.colour_frame or "the camera, as no image has come"
-            raise ValueError(f"no tf from {values['base_frame']} to {what}")
-        if inputs.floor is None:
-            raise ValueError(f"no map has come on {values['map_topic']}")
-        here = float(base[0, 3]), float(base[1, 3])
-        places = inputs.floor.reachable(here, values["clearance"], values["goal_spacing"])
-        views, stands = views_from(
-            places, self.squares, camera, n_headings=values["headings"], z=float(base[2, 3])
-        )
-        if not views:
-            raise ValueError(f"the map on {values['map_topic']} has no free place for a goal")
-        rules = Rules(
-            looks=values["looks_per_goal"],
-            goal_timeout_s=values["goal_timeout"],
-            max_s=max_s,
-            patience=values["patience"],
-            min_fall=values["min_fall"],
-        )
-        self.log.info(f"explore: {len(places)} places, {len(views)} views")
-        home = home or Place.of(base)
-        return Exploring(
-            self.make_strategy, views, stands, self.squares, home, rules, time.monotonic()
-        )
+        exploring = self.start_of_exploring().begin(self.inputs, home, max_s)
+        self.log.info("explore: begun")
+        return exploring
 
     def error(self) -> float | None:
         return self.squares.error()
 
     def name_of(self, region: int) -> str:
         return self.squares[region].name
-
-
-def _ways(start: Viewpoint, goals: Any) -> Any:
-    return travel_seconds(*straight_ways(start, goals))
 
 
 def _entity(ros: Ros, owner: CuriosightNode) -> Any:

@@ -27,7 +27,6 @@ NEEDED = (
 )
 # For exploring only.
 USEFUL = ("nav2_msgs.action", "curiosight_msgs.action")
-DEBIAN = {"rclpy": "rclpy"}
 
 
 class Ros(SimpleNamespace):

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from curiosight.experiments.ros.packages import Ros
+from curiosight.explorer.strategies import check_loadable
 
 Value = bool | int | float | str
 
@@ -40,7 +45,8 @@ PARAMETERS = (
     Parameter("max_wait", 0.2, "seconds that a frame waits for its depth and tf before it is "
               "learned from", 0.0, 2.0),
     Parameter("depth_unit", 0.001, "metres per unit of whole numbers of depth", 1e-6, 1.0),
-    Parameter("model", "", "run or model that maps are made by; read again by the service load"),
+    Parameter("model", "", "run or model that maps are made by; read again by the service load",
+              is_live=True),
     Parameter("learn", False, "learn from what depth says"),
     Parameter("autostart", True, "configure and activate without a lifecycle manager"),
     Parameter("region_size", 1.5, "side of the squares of floor that regions are, metres",
@@ -63,7 +69,48 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def unknown(values: dict[str, Any]) -> list[str]:
-    """Return the names among some that are no parameters."""
-    known = {one.name for one in PARAMETERS}
-    return [name for name in values if name not in known]
+NAMES = tuple(one.name for one in PARAMETERS)
+BY_NAME = {one.name: one for one in PARAMETERS}
+
+
+def declare(ros: Ros, node: Any, given: Mapping[str, Value]) -> dict[str, Any]:
+    """Declare all on a node, with their ranges; return the values.
+
+    given: defaults instead of the usual ones. Raises ValueError for a parameter that somebody sets
+    and that there is none of: ROS would pass over it.
+    """
+    messages = ros.rcl_interfaces_msg
+    for name in node._parameter_overrides:
+        if name not in NAMES and name not in _OF_ROS:
+            nearest = difflib.get_close_matches(name, NAMES, n=1)
+            hint = f"; did you mean {nearest[0]}?" if nearest else ""
+            raise ValueError(f"no parameter is called {name}{hint}")
+    for one in PARAMETERS:
+        described = messages.ParameterDescriptor(description=one.description)
+        if one.least is not None and one.most is not None:
+            if isinstance(one.default, int):
+                ends = {"from_value": int(one.least), "to_value": int(one.most)}
+                described.integer_range = [messages.IntegerRange(step=1, **ends)]
+            else:
+                span = messages.FloatingPointRange(from_value=one.least, to_value=one.most)
+                described.floating_point_range = [span]
+        node.declare_parameter(one.name, given.get(one.name, one.default), described)
+    values = {name: node.get_parameter(name).value for name in NAMES}
+    check(values, is_configured=False)
+    return values
+
+
+def check(values: Mapping[str, Any], *, is_configured: bool) -> None:
+    """Raise ValueError, in words, for values that cannot be, or not now."""
+    if "strategy" in values:
+        check_loadable(values["strategy"])
+    if values.get("reliability", "reliable") not in ("reliable", "best_effort"):
+        found = values["reliability"]
+        raise ValueError(f"reliability: expected best_effort or reliable, got {found!r}")
+    fixed = [name for name in values if not BY_NAME[name].is_live]
+    if is_configured and fixed:
+        raise ValueError(f"{', '.join(fixed)}: can be changed while the node is not configured")
+
+
+# Parameters that every node has.
+_OF_ROS = ("use_sim_time", "start_type_description_service")
