@@ -151,6 +151,12 @@ def test_missing_ros_is_told_in_one_line(
     assert not (tmp_path / "run").exists()
 
 
+def test_words_that_are_not_for_ros_are_refused(capsys: Capsys, tmp_path: Path) -> None:
+    line = refusal(capsys, "ros", "--learn", "--out", tmp_path / "run", "image:=/a")
+    assert "expected options, then --ros-args, got 'image:=/a'" in line
+    assert "--lern" in refusal(capsys, "ros", "--lern", "--ros-args", "-p", "learn:=true")
+
+
 def test_missing_messages_are_told_with_their_package(monkeypatch: pytest.MonkeyPatch) -> None:
     def imported(name: str) -> object:
         if name == "vision_msgs.msg":

@@ -136,7 +136,7 @@ class Graph:
         given = [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
         out = ["--out", str(self.folder / "run"), "--overwrite"]
         program = str(Path(sys.executable).parent / "curiosight")
-        return self.start(program, "ros", *options, *out, "--", "--ros-args", *given)
+        return self.start(program, "ros", *options, *out, "--ros-args", *given)
 
     @property
     def model(self) -> Path:

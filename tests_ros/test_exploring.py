@@ -68,6 +68,17 @@ def test_cancelled_exploring_cancels_the_drive(graph: Graph) -> None:
     nav2.wait_for_text('"canceled"', 10)
 
 
+def test_node_that_ends_stops_the_robot(graph: Graph) -> None:
+    nav2 = graph.peer("fake_nav2", "--seconds", "60")
+    node, caller = begun(graph)
+    assert caller.ask(do="explore")["accepted"]
+    nav2.wait_for_text('"goal"', 20)
+    caller.ask(do="spin", seconds=1.0)
+    assert node.end() == 143
+    nav2.wait_for_text('"canceled"', 5)
+    assert caller.ask(do="explored", seconds=5)["status"] == ABORTED
+
+
 def test_killed_navigation_ends_exploring_and_another_serves_the_next(graph: Graph) -> None:
     nav2 = graph.peer("fake_nav2", "--seconds", "60")
     node, caller = begun(graph)

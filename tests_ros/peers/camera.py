@@ -3,7 +3,7 @@
     camera.py SCENE --domain N [--stack NAME] [--rate HZ] [--faults NAME,…] [--seconds S]
 
 It shows the frames of the scene forwards and backwards. Faults: no-depth, no-color, no-info, no-tf,
-no-static, apart (depth is stamped half a second early), volatile-static, own-camera (depth is of a
+no-static, apart (depth is stamped 0.42 s early), volatile-static, own-camera (depth is of a
 camera 5 cm beside, with a CameraInfo of its own), still (one frame only).
 """
 
@@ -147,7 +147,7 @@ def main() -> None:
         if infos is not None:
             infos.send(info(K, now, frame))
         if depths is not None:
-            stamp = now - (500_000_000 if "apart" in faults else 0)
+            stamp = now - (420_000_000 if "apart" in faults else 0)
             depths.send(image(depth[number], "16UC1", stamp, of_depth))
             depth_infos.send(info(K, stamp, of_depth))
         if colour is not None:

@@ -56,6 +56,13 @@ class Plain:
 class Command(Plain, TyperCommand):
     """One command."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options; what follows --ros-args is for ROS, which appends it by itself."""
+        if self.name == "ros" and "--ros-args" in args and "--" not in args:
+            args = args.copy()
+            args.insert(args.index("--ros-args"), "--")
+        return super().parse_args(ctx, args)
+
 
 class Commands(Plain, TyperGroup):
     """All of them; each is read from its module when it is called."""

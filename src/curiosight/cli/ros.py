@@ -33,7 +33,7 @@ def ros(
     ros_args: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[-- --ros-args …]",
+            metavar="[--ros-args …]",
             help="For ROS: parameters (-p color_topic:=/image), remappings, a name.",
             show_default=False,
         ),
@@ -60,6 +60,8 @@ def ros(
     from curiosight.experiments.ros.node import Asked
     from curiosight.experiments.ros.running import run_node
 
+    if ros_args and ros_args[0] != "--ros-args":
+        raise ValueError(f"ros: expected options, then --ros-args, got {ros_args[0]!r}")
     talk = Talk(quiet=quiet)
     overrides = {
         "run.seed": seed,

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from curiosight.errors import DataError
 from curiosight.experiments.ros.packages import Ros
 from curiosight.explorer.outcome import Outcome
 from curiosight.robot.ros.exploring import Exploring, GoTo, Phase, Reason, Stop
@@ -104,7 +105,7 @@ class Navigation:
         try:
             home = _place_of(request.home.pose) if request.home.header.frame_id else None
             exploring = self._explorer.begin(home, float(request.max_seconds))
-        except ValueError as error:
+        except (ValueError, DataError) as error:
             self._node.get_logger().warning(f"explore: {error}")
             result.reason, result.text, result.error = result.NOWHERE_TO_GO, str(error), np.nan
             goal.abort()

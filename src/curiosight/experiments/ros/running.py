@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from curiosight.config import Config
 from curiosight.experiments.output import OutputFolder
@@ -10,6 +12,8 @@ from curiosight.experiments.ros.node import Asked, CuriosightNode
 from curiosight.experiments.ros.packages import import_ros
 
 TICK_S = 0.2
+# What is said at the end has so long to arrive.
+LAST_WORDS_S = 1.0
 
 
 def run_node(
@@ -46,6 +50,7 @@ def run_node(
         while has_begun and is_wanted() and rclpy.ok() and not _is_over(owner):
             executor.spin_once(timeout_sec=TICK_S)
     finally:
+        _stop_driving(owner, executor)
         owner.shutdown()
         executor.shutdown()
         owner.node.destroy_node()
@@ -58,6 +63,16 @@ def _begin(owner: CuriosightNode) -> bool:
     return bool(
         owner.node.trigger_configure() == success and owner.node.trigger_activate() == success
     )
+
+
+def _stop_driving(owner: CuriosightNode, executor: Any) -> None:
+    """Give up a drive that is under way, and let who asked for it hear that."""
+    if owner.navigation is None or owner.navigation.exploring is None:
+        return
+    owner.navigation.stop_exploring()
+    until = time.monotonic() + LAST_WORDS_S
+    while time.monotonic() < until:
+        executor.spin_once(timeout_sec=TICK_S)
 
 
 def _is_over(owner: CuriosightNode) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from curiosight.errors import DataError
 from curiosight.frame import Frame
 from curiosight.learner.observation import Teaches
 from curiosight.teacher import Segmentation
@@ -37,16 +38,21 @@ class SurveyingTeacher:
         if frame.problem is not None or frame.depth is None:
             return Segmentation.of_nothing(frame, frame.problem or "no depth", MAX_RANGE)
         if self._teacher is None:
-            self._look_round(frame)
+            told = self._look_round(frame)
         if self._teacher is None:
-            told = f"looking round: {len(self._frames)} of {self._n_frames} frames"
             return Segmentation.of_nothing(frame, told, MAX_RANGE)
         return self._teacher.segment(frame)
 
-    def _look_round(self, frame: Frame) -> None:
+    def _look_round(self, frame: Frame) -> str:
+        """Take a frame to the survey; return, in words, how far it is."""
         last = self._frames[-1].stamp_ns if self._frames else None
         if last is None or frame.stamp_ns is None or abs(frame.stamp_ns - last) >= APART_NS:
             self._frames.append(frame)
+        told = f"looking round: {len(self._frames)} of {self._n_frames} frames"
         if len(self._frames) >= self._n_frames:
-            self._teacher = self._make(self._frames)
-            self._frames = []
+            frames, self._frames = self._frames, []
+            try:
+                self._teacher = self._make(frames)
+            except (ValueError, DataError) as error:  # others may show more
+                told = f"looking round: {error}"
+        return told
