@@ -18,7 +18,7 @@ from curiosight.experiments.ros import packages
 from curiosight.experiments.ros.inputs import beside
 from curiosight.experiments.ros.learning import Learning
 from curiosight.experiments.ros.parameters import PARAMETERS, check
-from curiosight.experiments.ros.surveying import SurveyingTeacher
+from curiosight.experiments.ros.surveying import SurveyingTeacher, mount_by_poses
 from curiosight.frame import Camera, Frame, Label
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
@@ -39,25 +39,63 @@ class AllSalient:
         return Segmentation.of_labels(np.full(frame.rgb.shape[:2], Label.SALIENT, np.uint8))
 
 
-def test_teacher_looks_round_before_it_teaches() -> None:
+def test_teacher_looks_round_before_it_teaches_and_once_more() -> None:
     surveyed: list[list[int | None]] = []
 
     def make(frames: Sequence[Frame]) -> Teaches:
         surveyed.append([one.stamp_ns for one in frames])
         return AllSalient()
 
-    teacher = SurveyingTeacher(make, n_frames=3)
-    apart = 300_000_000
-    for stamp in (0, 1, apart):  # the second is too soon
-        told = teacher.segment(frame(stamp))
+    teacher = SurveyingTeacher(make, (3, 4))
+    ms = 1_000_000
+    for stamp in (0, 100, 300):  # the second is too soon
+        told = teacher.segment(frame(stamp * ms))
         assert (told.labels == Label.UNKNOWN).all()
         assert told.problem is not None
         assert told.problem.startswith("looking round: ")
-    assert teacher.segment(frame(2 * apart, problem="no depth within 20 ms")).problem is not None
+    assert teacher.segment(frame(600 * ms, problem="no depth within 20 ms")).problem is not None
     assert not teacher.is_ready
-    assert (teacher.segment(frame(3 * apart)).labels == Label.SALIENT).all()
+    assert (teacher.segment(frame(900 * ms)).labels == Label.SALIENT).all()
     assert teacher.is_ready
-    assert surveyed == [[0, apart, 3 * apart]]
+    for stamp in (1500, 2900, 9000):
+        assert teacher.segment(frame(stamp * ms)).problem is None
+    assert surveyed == [[0, 300 * ms, 900 * ms], [0, 300 * ms, 900 * ms, 2900 * ms]]
+
+
+def test_survey_that_fails_begins_anew() -> None:
+    surveyed: list[int] = []
+
+    def make(frames: Sequence[Frame]) -> Teaches:
+        surveyed.append(len(frames))
+        if len(surveyed) < 2:
+            raise ValueError("frames: expected a floor")
+        return AllSalient()
+
+    teacher = SurveyingTeacher(make, (2, 2))
+    seconds = 1_000_000_000
+    problems = [teacher.segment(frame(number * seconds)).problem for number in range(4)]
+    assert problems[1] == "looking round: frames: expected a floor"
+    assert problems[3] is None
+    assert surveyed == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("R", "mount"),
+    [
+        ([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], "up"),
+        ([[0, 0, 1], [1, 0, 0], [0, 1, 0]], "down"),
+        ([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], "left"),
+        ([[0, 0, 1], [0, -1, 0], [1, 0, 0]], "right"),
+        ([[1, 0, 0], [0, -1, 0], [0, 0, -1]], "towards"),
+        # Tilted down by 30 degrees.
+        ([[0, -0.5, 0.866], [-1, 0, 0], [0, -0.866, -0.5]], "up"),
+    ],
+)
+def test_poses_tell_how_the_camera_is_held(R: list[list[float]], mount: str) -> None:
+    pose = np.eye(4)
+    pose[:3, :3] = R
+    assert mount_by_poses([replace(frame(), T_world_camera=pose), frame()]) == mount
+    assert mount_by_poses([frame()]) is None
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from curiosight.errors import DataError
 from curiosight.experiments.components import heard, load_learner, make_learner
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.ros.surveying import SurveyingTeacher
+from curiosight.experiments.ros.surveying import SurveyingTeacher, mount_by_poses
 from curiosight.frame import Camera, Frame, Label
 from curiosight.learner.archive import MODEL
 from curiosight.learner.learner import SaliencyLearner
@@ -47,9 +47,10 @@ class Learning:
 
     def _make_teacher(self, frames: Sequence[Frame]) -> Teaches:
         config = self.config
-        survey = survey_recording(
-            frames, config.segmentation, scene=config.teacher.scene, up=config.teacher.up
-        )
+        up = config.teacher.up
+        if up == "auto":
+            up = mount_by_poses(frames) or "auto"
+        survey = survey_recording(frames, config.segmentation, scene=config.teacher.scene, up=up)
         return heard(config, Teacher(survey, config.segmentation))
 
     def begin(self, model: Path | None) -> None:
