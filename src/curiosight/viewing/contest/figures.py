@@ -8,6 +8,8 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter
 
 from curiosight.viewing.figures import share_of_steps, window_shares
 from curiosight.viewing.paper import (
@@ -26,6 +28,9 @@ Ints = npt.NDArray[np.int64]
 
 _DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)))
 _WINDOW = 50
+# Where one takes so many times as long as another, the axis is logarithmic: the quick ones would
+# share its left edge. It begins at this part of the shortest.
+_UNLIKE, _BEGIN = 4.0, 0.05
 
 
 class BandOfErrors(Protocol):
@@ -69,7 +74,7 @@ def draw_errors(
     constants = [offline_error, *(others or {}).values()]
     lowest = min(*constants, *(float(band.mean.min()) for band in bands.values()))
     highest = max(*constants, *(float((b.mean + b.deviation).max()) for b in bands.values()))
-    axes.set_xlim(0, max(float(band.x[-1]) for band in bands.values()))
+    _scale_x(axes, [float(band.x[-1]) for band in bands.values()])
     axes.set_ylim(max(0.0, lowest - 0.08), min(1.0, highest + 0.06) + 0.02)
     axes.set_xlabel(x_title)
     axes.set_ylabel("overall error, 1 − F1")
@@ -77,6 +82,16 @@ def draw_errors(
     axes.set_axisbelow(True)
     axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=9)
     save_figure(figure, path)
+
+
+def _scale_x(axes: Axes, ends: Sequence[float]) -> None:
+    """Let an axis go up to the last of the ends, so that all curves can be told apart."""
+    if min(ends) <= 0 or max(ends) < _UNLIKE * min(ends):
+        axes.set_xlim(0, max(ends))
+        return
+    axes.set_xscale("log")
+    axes.set_xlim(_BEGIN * min(ends), max(ends))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
 
 
 def draw_time_per_region(
