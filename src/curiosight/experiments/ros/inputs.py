@@ -152,13 +152,10 @@ class Inputs:
         self._ears.append(ear)
 
     def _take_floor(self, message: Any) -> None:
-        info, turn = message.info, message.info.origin.orientation
-        yaw = float(np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y),
-                               1 - 2 * (turn.y**2 + turn.z**2)))  # fmt: skip
+        info = message.info
         cells = np.asarray(message.data, np.int8)
         if info.resolution > 0 and cells.size == info.height * info.width > 0:
-            origin = Place(info.origin.position.x, info.origin.position.y, yaw)
-            shape = info.height, info.width
+            origin, shape = place_of(info.origin), (info.height, info.width)
             self.floor = FloorMap(cells.reshape(shape), float(info.resolution), origin)
 
     def base_pose(self) -> Any:
@@ -249,6 +246,13 @@ class Inputs:
 
 # Topics that are asked for only where poses are.
 _WHERE = ("transforms", "static transforms", "map")
+
+
+def place_of(pose: Any) -> Place:
+    """Return where on the floor a Pose is."""
+    turn = pose.orientation
+    yaw = np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+    return Place(pose.position.x, pose.position.y, float(yaw))
 
 
 def quality_of(profile: Any) -> Quality:

@@ -73,7 +73,11 @@ class Learning:
         settle: Callable[[Shot], Shot],
         on_map: Callable[[Mapped], None],
         on_look: Callable[[Look], None],
+        *,
+        has_depth: bool = True,
     ) -> Watch:
+        """Begin to map, and where there is depth to compare and learn."""
+
         def looked(look: Look) -> None:
             self._note(look)
             on_look(look)
@@ -81,8 +85,8 @@ class Learning:
         self.watch = Watch(
             self.learner,
             feed,
-            self.teacher,
-            is_learning=self.is_learning,
+            self.teacher if has_depth else None,
+            is_learning=self.is_learning and has_depth,
             on_look=looked,
             on_map=on_map,
             settle=settle,

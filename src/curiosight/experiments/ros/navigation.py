@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from curiosight.errors import DataError
+from curiosight.experiments.ros.inputs import place_of
 from curiosight.experiments.ros.packages import Ros
 from curiosight.explorer.outcome import Outcome
 from curiosight.robot.ros.exploring import Exploring, GoTo, Phase, Reason, Stop
@@ -103,7 +104,7 @@ class Navigation:
         """Explore as long as it takes, and return what came of it."""
         request, result = goal.request, self._ros.curiosight_msgs_action.Explore.Result()
         try:
-            home = _place_of(request.home.pose) if request.home.header.frame_id else None
+            home = place_of(request.home.pose) if request.home.header.frame_id else None
             exploring = self._explorer.begin(home, float(request.max_seconds))
         except (ValueError, DataError) as error:
             self._node.get_logger().warning(f"explore: {error}")
@@ -234,9 +235,3 @@ def _result(future: Any) -> Any:
 
 def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
-
-
-def _place_of(pose: Any) -> Place:
-    turn = pose.orientation
-    yaw = np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
-    return Place(pose.position.x, pose.position.y, float(yaw))

@@ -150,7 +150,13 @@ class CuriosightNode:
         assert self.learning is not None
         assert self.inputs is not None
         self._incoming = Incoming(self._frame_of)
-        self.learning.start(self._incoming, self._settled, self._mapped, self._looked)
+        self.learning.start(
+            self._incoming,
+            self._settled,
+            self._mapped,
+            self._looked,
+            has_depth=self.inputs.has_depth,
+        )
 
     def stop(self) -> None:
         assert self.learning is not None

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 from curiosight.experiments.ros.outputs import ERROR, OK, WARN
 
 if TYPE_CHECKING:
+    from curiosight.experiments.ros.learning import Learning
     from curiosight.experiments.ros.node import CuriosightNode
+    from curiosight.robot.watch import Watch
 
 PERIOD_S = 1.0
 # After the activation others have so long to be found.
@@ -103,52 +105,58 @@ class Reporting:
         return ("input", level, "; ".join(missing), values)
 
     def _rows(self, failure: str | None) -> list[Row]:
-        owner = self._owner
-        learning = owner.learning
+        learning = self._owner.learning
         watch = None if learning is None else learning.watch
         if learning is None or watch is None:
             return []
         if failure is not None:
             return [("maps", ERROR, failure, {})]
+        return [self._maps_row(watch), self._learning_row(learning, watch), self._exploring_row()]
+
+    def _maps_row(self, watch: Watch) -> Row:
         age = watch.map_age_s
-        maps: dict[str, Any] = {
+        values: dict[str, Any] = {
             "maps a second": _rounded(watch.maps.per_second()),
             "age of the map (ms)": None if age is None else round(1000 * age),
             "age p50 (ms)": watch.ages.percentile_ms(50),
             "age p99 (ms)": watch.ages.percentile_ms(99),
-            "images overtaken": owner.n_missed,
+            "images overtaken": self._owner.n_missed,
         }
-        lessons = {
+        return (
+            ("maps", OK, "maps", values) if watch.maps.n else ("maps", WARN, "no map yet", values)
+        )
+
+    def _learning_row(self, learning: Learning, watch: Watch) -> Row:
+        values = {
             "learned a second": _rounded(watch.lessons.per_second()),
             "looks": watch.looks.n,
             "model version": learning.version,
             "lessons not saved": learning.n_unsaved,
-            "mean error": _rounded(owner.squares.error()),
+            "mean error": _rounded(self._owner.squares.error()),
         }
-        state = "paused" if watch.is_paused else "frozen" if watch.is_frozen else "learning"
-        state = state if learning.is_learning else "does not learn"
-        if learning.is_learning and not learning.teacher.is_ready:
+        if not watch.is_learning:
+            state = "does not learn"
+        elif not learning.teacher.is_ready:
             state = "looking round"
-        navigation = owner.navigation
-        exploring = None if navigation is None else navigation.exploring
-        explored: dict[str, Any] = {}
-        words = "not exploring"
+        else:
+            state = "paused" if watch.is_paused else "frozen" if watch.is_frozen else "learning"
+        return ("learning", OK, state, values)
+
+    def _exploring_row(self) -> Row:
+        navigation = self._owner.navigation
         if navigation is None:
-            words = "nav2_msgs or curiosight_msgs is not there: no exploring"
-        elif exploring is not None:
-            words = f"{exploring.phase.value}: {exploring.why()}"
-            explored = {
-                "goals reached": exploring.n_reached,
-                "goals not reached": exploring.n_failed,
-                "views left alone": len(exploring.left_alone),
-                "last drive (s)": _rounded(exploring.travels[-1]) if exploring.travels else None,
-            }
-        is_mapping = "maps" if watch.maps.n else "no map yet"
-        return [
-            ("maps", OK if watch.maps.n else WARN, is_mapping, maps),
-            ("learning", OK, state, lessons),
-            ("exploring", OK, words, explored),
-        ]
+            missing = "nav2_msgs or curiosight_msgs is not there: no exploring"
+            return ("exploring", OK, missing, {})
+        exploring = navigation.exploring
+        if exploring is None:
+            return ("exploring", OK, "not exploring", {})
+        values = {
+            "goals reached": exploring.n_reached,
+            "goals not reached": exploring.n_failed,
+            "views left alone": len(exploring.left_alone),
+            "last drive (s)": _rounded(exploring.travels[-1]) if exploring.travels else None,
+        }
+        return ("exploring", OK, f"{exploring.phase.value}: {exploring.why()}", values)
 
     def _publish(self, stamp: int) -> None:
         owner = self._owner
