@@ -168,6 +168,18 @@ def test_what_is_there_stays_unless_told(
     assert files(own) == kept
 
 
+def test_what_else_lies_in_the_folder_of_a_bag_is_not_lost(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    path = export(capsys, room, "rosbag2", tmp_path)
+    (path / "notes.txt").write_text("mine")
+    again = ("export", room, "--every", 4, "--layout", "rosbag2", "--out", path, "--overwrite")
+    line = refusal(capsys, *again)
+    assert "holds more than a bag: notes.txt; choose another --out, or move that away" in line
+    assert (path / "notes.txt").read_text() == "mine"
+    assert len(opened(path)) == 8
+
+
 def test_wrong_wishes_leave_nothing_behind(room: Path, tmp_path: Path, capsys: Capsys) -> None:
     out = ("--out", tmp_path / "a.bag")
     said = refusal(capsys, "export", room, "--layout", "ros3", *out)

@@ -40,7 +40,7 @@ STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 # one, too, and looks into four.
 MAX_ROOMS, MAX_ARROWS = 20 + 1 + 1, 91 + 3 + 5
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
-OPTIONAL |= {"lz4", "backports"}
+OPTIONAL |= {"lz4", "backports", "mcap"}
 
 # What others' base classes make of ours; only who uses them imports these.
 ADAPTERS = {Path("learner/sklearn_estimator.py"), Path("gym/environment.py")}

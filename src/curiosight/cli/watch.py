@@ -10,7 +10,8 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.experiments.live_page import HOST, LivePage
+from curiosight.experiments.live_page import LivePage
+from curiosight.robot.page import HOST
 
 WATCHING = "Watching"
 
@@ -61,6 +62,24 @@ def watch(
             show_default="at Ctrl-C",
         ),
     ] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a log of it, as Foxglove reads it: images, maps, poses, regions, why "
+            "(needs curiosight[mcap]).",
+            rich_help_panel=options.OUTPUT,
+        ),
+    ] = None,
+    viz: Annotated[
+        str | None,
+        typer.Option(
+            metavar="VIEWER",
+            help="Show it in Rerun, too: open = start a viewer, or the address of one "
+            "(needs curiosight[viz]).",
+            rich_help_panel=WATCHING,
+        ),
+    ] = None,
     strategy: Annotated[
         str | None,
         typer.Option(
@@ -86,7 +105,8 @@ def watch(
 
     A recording is replayed at its own pace, again and again; of a room or home a drive is drawn
     first, and the explorer drives. Writes config.toml, looks.csv, decisions.csv, summary.json
-    and, with --learn, model.npz. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it.
+    and, with --learn, model.npz. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it,
+    and ends the log of --mcap.
     Exit status 1: it was to learn, and nothing was learned.
     """
     if seconds is not None and not (isfinite(seconds) and seconds > 0):
@@ -99,6 +119,7 @@ def watch(
         # At use: the page answers while all this is read.
         from curiosight.cli.talk import Talk
         from curiosight.cli.watch_run import run_watch
+        from curiosight.cli.watch_sinks import open_sinks
         from curiosight.config import load_config
         from curiosight.experiments.output import OutputFolder
         from curiosight.experiments.watch_parts import Asked
@@ -117,7 +138,8 @@ def watch(
             },
         )
         folder = OutputFolder(out, "watch", source, overwrite=overwrite)
-        asked = Asked(model, is_learning=learn, strategy=strategy)
+        sinks = open_sinks(talk, source, mcap, viz, overwrite=overwrite)
+        asked = Asked(model, is_learning=learn, strategy=strategy, sinks=sinks)
         status = run_watch(talk, live, settings, source, folder, asked, seconds)
     if status:
         raise typer.Exit(status)

@@ -9,6 +9,7 @@ from typing import Any
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
 from curiosight.cli.talk import Talk, count
+from curiosight.cli.watch_sinks import SinkTrouble, recorded
 from curiosight.config import Config
 from curiosight.datasets import Dataset
 from curiosight.experiments.driving import DrawnDrive, parse_drawn, plan_drive
@@ -55,7 +56,7 @@ def run_watch(
     talk.warn_of(run.problems, len(dataset), "taught nothing")
     if asked.is_learning:
         tell_lessons(talk, run.lessons, has_learned=run.has_learned)
-    talk.results("watch", _rows(summary, folder), {**summary, "out": str(folder.path)})
+    talk.results("watch", _rows(run, summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         kept = "what was learned is kept" if asked.is_learning else "the run is kept"
         talk.note(f"stopped after {summary['seconds']:.0f} s; {kept}")
@@ -100,8 +101,9 @@ def _introduce(talk: Talk, run: Watching, source: Path, dataset: Dataset) -> Non
 
 def _follow(talk: Talk, run: Watching, seconds: float | None, ctrl_c: CtrlC) -> None:
     """Run to the end, with a line now and then."""
-    told_at = 0.0
+    told_at, trouble = 0.0, SinkTrouble(talk, run.recorders)
     for passed_s in run.run(seconds, lambda: not ctrl_c.is_pressed):
+        trouble.tell()
         if passed_s - told_at < LINE_EVERY_S:
             continue
         told_at = passed_s
@@ -111,9 +113,10 @@ def _follow(talk: Talk, run: Watching, seconds: float | None, ctrl_c: CtrlC) -> 
         why = state["why"]
         goal = "" if why is None else f", to {run.regions.names[why['chosen']]}: {why['text']}"
         talk.note(f"{line}, map {1000 * age:.0f} ms old{goal}")
+    trouble.tell()
 
 
-def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
+def _rows(run: Watching, summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
     p50, p99 = summary["map_age_p50_ms"], summary["map_age_p99_ms"]
     return {
@@ -123,5 +126,6 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
         "age of a map (ms)": None if p50 is None else f"{p50}, p99 {p99}",
         "looks": summary["looks"],
         "frames not compared": summary["dropped"],
+        **recorded(run.recorders),
         "written to": folder.path,
     }

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Self
 
-from curiosight.robot.page import Page, open_page
+from curiosight.robot.page import HOST, Page, open_page
 from curiosight.robot.state import Preparing, Subject
-
-HOST = "127.0.0.1"
 
 
 class LivePage:

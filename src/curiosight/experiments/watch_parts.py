@@ -29,6 +29,7 @@ from curiosight.explorer.strategies import check_loadable
 from curiosight.frame import Viewpoint
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
+from curiosight.robot.sinks.sink import Sink
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.travel import travel_seconds
 
@@ -44,11 +45,13 @@ class Asked:
     model: to begin with, a run's folder; None = one that knows nothing.
     strategy: that advises or drives; None = that of the settings where they name another than the
         usual one, else `progress-rate` where all views have poses, else the usual one.
+    sinks: that are told, too.
     """
 
     model: Path | None = None
     is_learning: bool = False
     strategy: str | None = None
+    sinks: tuple[Sink, ...] = ()
 
     def __post_init__(self) -> None:
         if self.strategy is not None:

@@ -25,6 +25,7 @@ from curiosight.robot.feed import Replay
 from curiosight.robot.plan import Plan
 from curiosight.robot.routes import Drive, rounds
 from curiosight.robot.shown import Shown
+from curiosight.robot.sinks.recorder import Recorder
 from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
@@ -73,6 +74,8 @@ class Watching:
         plan = Plan(parts.views, parts.regions.names, up=parts.up, outlines=outlines)
         title = f"{place(dataset)}: {'driven by' if drawn else 'advised by'} {self.strategy}"
         self.shown = Shown(self.watch, plan, title=title, save=self._save_now())
+        self._views, self._title = parts.views, title
+        self.recorders = [Recorder(self.watch, self.shown, sink) for sink in asked.sinks]
         out.remove(self._outdated())
         out.write_text("config.toml", to_toml(self.config))
         self._looks_file = TableFile(out.file(LOOKS), COLUMNS)
@@ -98,6 +101,8 @@ class Watching:
         """
         watch = self.watch
         watch.start()
+        for recorder in self.recorders:
+            recorder.start(self._title, self._views)
         try:
             while is_wanted() and not watch.wait(0.1):
                 passed_s = watch.seconds() or 0.0
@@ -107,29 +112,33 @@ class Watching:
         finally:
             self.seconds = watch.seconds() or 0.0
             watch.stop()
+            for recorder in self.recorders:
+                recorder.stop()
         if watch.failure is not None:
             raise watch.failure
 
     def _note(self, look: Look) -> None:
         """Write a look to the tables, and the model now and then; in the learning thread."""
         frame, segmentation = look.verdict.shot.frame, look.verdict.segmentation
+        index = look.verdict.shot.index
         self.problems.add_told(frame, segmentation)
         if self.asked.is_learning:
             self.lessons.add(frame, segmentation)
             self.has_learned |= look.n_regrown > 0
-            self._ids.add(frame.id)
-        index = look.verdict.shot.index
+            if index is not None:  # those of a camera would never end
+                self._ids.add(frame.id)
         region = -1 if index is None else int(self.regions.of_view[index])
-        self._looks_file.add(
-            {
-                "look": look.number,
-                "seconds": look.seconds,
-                "id": frame.id,
-                "region": region,
-                "error": look.error,
-                "samples": self.learner.n_samples,
-            }
-        )
+        row = {
+            "look": look.number,
+            "seconds": look.seconds,
+            "id": frame.id,
+            "region": region,
+            "error": look.error,
+            "samples": self.learner.n_samples,
+        }
+        self._looks_file.add(row)
+        for recorder in self.recorders:
+            recorder.note(row)
         self._decisions.add(look.number)
         if self.asked.is_learning and self._keeping.is_due():
             with self._keeping.writing(), suppress(DataError):
@@ -177,6 +186,7 @@ class Watching:
             "regions": self.advice.regions(),
             "goal": self.advice.goal,
             "why": self.advice.why(),
+            "recorded": {one.sink.name: one.counts() for one in self.recorders},
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary() if self.asked.is_learning else None,
         }

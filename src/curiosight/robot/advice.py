@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -14,36 +11,14 @@ import numpy as np
 from curiosight.explorer import Strategy
 from curiosight.explorer.decision import Decision, Explains
 from curiosight.explorer.outcome import Outcome
-from curiosight.explorer.progress import learning_progress
 from curiosight.frame import Viewpoint
-from curiosight.robot.gauges import Curve
+from curiosight.robot.region_record import RecentErrors, RegionRecord, plain
 from curiosight.robot.routes import Drive
 
-# Looks whose errors say how a region is known, and whether that gets better.
-N_RECENT = 15
 NOTHING_KNOWN = "nothing has been compared yet: it looks around where it is"
 BEGUN = "it has begun here, and looks on before it decides between regions"
 UNTOLD = "the strategy does not say why"
 PINNED = "pinned by hand"
-
-
-@dataclass(eq=False)
-class _Region:
-    """What is known of a region: its last errors, and curves of its errors and its progress."""
-
-    name: str
-    views: list[Viewpoint]
-    n_looks: int
-    recent: deque[float]
-    errors: Curve
-    progress: Curve
-
-    @property
-    def error(self) -> float | None:
-        return sum(self.recent) / len(self.recent) if self.recent else None
-
-    def progress_now(self) -> float | None:
-        return learning_progress(list(self.recent), theta=N_RECENT)
 
 
 class Advice:
@@ -65,30 +40,17 @@ class Advice:
         n_views: int = 400,
         drive: Drive | None = None,
     ) -> None:
-        inside = [view for view in views if view.region >= 0]
-        if not inside:
-            raise ValueError("views: expected at least one in a region, got none")
-        chosen = np.unique(np.linspace(0, len(inside) - 1, min(n_views, len(inside))).round())
-        offered = {inside[int(number)].index: inside[int(number)] for number in chosen}
-        first_of = {view.region: view for view in reversed(inside)}
-        offered |= {view.index: view for view in first_of.values()}  # a region has one at least
-        self.views = tuple(offered[index] for index in sorted(offered))
+        self.views = _offered(views, n_views)
         self._view_of = {view.index: view for view in views}
         self.strategy = make_strategy(self.views)
         self._regions = {
-            region: _Region(
-                names[region],
-                [view for view in self.views if view.region == region],
-                0,
-                deque(maxlen=N_RECENT),
-                Curve(),
-                Curve(),
+            region: RegionRecord(
+                region, names[region], [view for view in self.views if view.region == region]
             )
-            for region in sorted(first_of)
+            for region in sorted({view.region for view in self.views})
         }
         self.n_looks = 0
-        self._recent: deque[float] = deque(maxlen=N_RECENT)
-        self._errors = Curve()
+        self._errors = RecentErrors()
         self._drive = drive
         self._target: Viewpoint | None = None
         self._pinned: int | None = None
@@ -123,28 +85,15 @@ class Advice:
         self.n_looks += 1
         region = self._regions.get(view.region)
         if region is not None:
-            self._note(region, outcome.error, seconds)
+            region.note(outcome.error, seconds)
+            if outcome.error is not None:
+                self._errors.add(outcome.error, seconds)
         if not self._is_there(view):
             return
         # On the way to where it drives a strategy is not told of looks: they are no part of a stay.
         if region is not None:
-            self.strategy.update(self._offered_beside(view, region), outcome)
+            self.strategy.update(_offered_beside(view, region), outcome)
         self._choose()
-
-    def _note(self, region: _Region, error: float | None, seconds: float) -> None:
-        region.n_looks += 1
-        if error is None:
-            return
-        for recent, curve in ((region.recent, region.errors), (self._recent, self._errors)):
-            recent.append(error)
-            curve.add(seconds, sum(recent) / len(recent))
-        progress = region.progress_now()
-        if progress is not None:
-            region.progress.add(seconds, progress)
-
-    def _offered_beside(self, view: Viewpoint, region: _Region) -> Viewpoint:
-        """Return the view that the strategy knows for a view: itself, or the next by number."""
-        return min(region.views, key=lambda offered: abs(offered.index - view.index))
 
     def _is_there(self, view: Viewpoint) -> bool:
         """Tell whether to choose anew; advice is given anew after every look."""
@@ -206,9 +155,9 @@ class Advice:
             "candidates": [
                 {
                     "region": one.region,
-                    "expected_gain": _plain(one.expected_gain),
-                    "seconds": _plain(one.seconds),
-                    "score": _plain(one.score),
+                    "expected_gain": plain(one.expected_gain),
+                    "seconds": plain(one.seconds),
+                    "score": plain(one.score),
                 }
                 for one in candidates
             ],
@@ -223,37 +172,27 @@ class Advice:
     def regions(self) -> list[dict[str, Any]]:
         """Return what is known of each region, JSON-able."""
         with self._telling:
-            return [
-                {
-                    "id": number,
-                    "name": region.name,
-                    "n_looks": region.n_looks,
-                    "error": _plain(region.error),
-                    "progress": _plain(region.progress_now()),
-                }
-                for number, region in self._regions.items()
-            ]
+            return [region.state() for region in self._regions.values()]
 
     def curves(self) -> dict[str, Any]:
         """Return (seconds, value) curves: the error of all looks, and each region's, JSON-able."""
         with self._telling:
-            return {
-                "error": _rounded(self._errors),
-                "regions": [
-                    {
-                        "id": number,
-                        "error": _rounded(region.errors),
-                        "progress": _rounded(region.progress),
-                    }
-                    for number, region in self._regions.items()
-                ],
-            }
+            regions = [region.curves() for region in self._regions.values()]
+            return {"error": self._errors.curve(), "regions": regions}
 
 
-def _plain(number: float | None) -> float | None:
-    """Return a number as JSON has it: what is not finite is not known."""
-    return None if number is None or not isfinite(number) else round(float(number), 6) + 0.0
+def _offered(views: Sequence[Viewpoint], n_views: int) -> tuple[Viewpoint, ...]:
+    """Return the views to choose from: so many of those in regions, of each region one at least."""
+    inside = [view for view in views if view.region >= 0]
+    if not inside:
+        raise ValueError("views: expected at least one in a region, got none")
+    chosen = np.unique(np.linspace(0, len(inside) - 1, min(n_views, len(inside))).round())
+    first_of = {view.region: view for view in reversed(inside)}
+    offered = [*(inside[int(number)] for number in chosen), *first_of.values()]
+    by_index = {view.index: view for view in offered}
+    return tuple(by_index[index] for index in sorted(by_index))
 
 
-def _rounded(curve: Curve) -> list[tuple[float, float]]:
-    return [(round(x, 2), round(y, 4)) for x, y in curve.points()]
+def _offered_beside(view: Viewpoint, region: RegionRecord) -> Viewpoint:
+    """Return the view that the strategy knows for a view: itself, or the next by number."""
+    return min(region.views, key=lambda offered: abs(offered.index - view.index))

@@ -80,28 +80,23 @@ class Curve:
         self._most = most
         self._points: list[tuple[float, float]] = []
         self._per_point = 1
-        self._pending: list[tuple[float, float]] = []
+        # Of the point that is not whole yet: how many, and their sums.
+        self._n, self._sum_x, self._sum_y = 0, 0.0, 0.0
 
     def add(self, x: float, y: float) -> None:
-        self._pending.append((x, y))
-        if len(self._pending) < self._per_point:
+        self._n, self._sum_x, self._sum_y = self._n + 1, self._sum_x + x, self._sum_y + y
+        if self._n < self._per_point:
             return
-        self._points.append(_mean(self._pending))
-        self._pending = []
+        self._points.append((self._sum_x / self._n, self._sum_y / self._n))
+        self._n, self._sum_x, self._sum_y = 0, 0.0, 0.0
         if len(self._points) == self._most:
             pairs = zip(self._points[::2], self._points[1::2], strict=True)
-            self._points = [_mean(pair) for pair in pairs]
+            self._points = [((x + u) / 2, (y + v) / 2) for (x, y), (u, v) in pairs]
             self._per_point *= 2
 
     def points(self) -> list[tuple[float, float]]:
         """Return (x, y) of each point, oldest first."""
         return list(self._points)
-
-
-def _mean(
-    points: list[tuple[float, float]] | tuple[tuple[float, float], ...],
-) -> tuple[float, float]:
-    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
 
 
 class Governor:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -39,9 +41,18 @@ def draw_map(values: Floats, *, colours: int = cv2.COLORMAP_VIRIDIS) -> Array:
     return picture
 
 
-def to_jpeg(picture: Array) -> bytes:
-    """Return an (H, W, 3) RGB picture as JPEG, at most 640 pixels wide or high."""
-    share = min(1.0, MOST_PX / max(picture.shape[:2]))
+def to_grey_png(values: npt.NDArray[Any]) -> bytes:
+    """Return an (H, W) image of values from 0 to 255 as PNG; fractions are rounded."""
+    grey = np.rint(values).astype(np.uint8)
+    is_encoded, encoded = cv2.imencode(".png", grey, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    assert is_encoded
+    png: bytes = encoded.tobytes()
+    return png
+
+
+def to_jpeg(picture: Array, most_px: int | None = MOST_PX) -> bytes:
+    """Return an (H, W, 3) RGB picture as JPEG. most_px: wide and high; None = as it is."""
+    share = min(1.0, (most_px or np.inf) / max(picture.shape[:2]))
     if share < 1:
         picture = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)

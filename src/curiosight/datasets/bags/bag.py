@@ -168,10 +168,15 @@ def is_bag(path: Path) -> bool:
     files = bag_files(path) if path.is_dir() else []
     if path.is_dir() and (path / METADATA).is_file():
         return bool(files) or "rosbag2_bagfile_information" in _head(path / METADATA)
-    if not files or len({_stem(file) for file in files}) > 1:
-        return False
-    others = {child.name for child in path.iterdir()} - {file.name for file in files}
-    return all(name.startswith(".") or name.endswith(BESIDE) for name in others)
+    one_recording = len({_stem(file) for file in files}) == 1
+    return one_recording and all(name.startswith(".") for name in beside_bag(path))
+
+
+def beside_bag(folder: Path) -> set[str]:
+    """Return the names of what lies in the folder of a bag and is no part of it."""
+    names = {child.name for child in folder.iterdir()}
+    names -= {METADATA, *(file.name for file in bag_files(folder))}
+    return {name for name in names if not name.endswith(BESIDE)}
 
 
 def bag_files(folder: Path) -> list[Path]:

@@ -79,9 +79,11 @@ def choose_topics(bag: Bag, text: str) -> Choice:
     depth = named.get("depth") or _best(bag, images, _depth_score)
     colour = named.get("color") or _best(bag, images, _colour_score)
     if colour is None:
-        what = "holds no colour images" if bag.is_of_ros() else "holds no messages of ROS"
+        what, remedy = "holds no colour images", f"name them: --topics {EXAMPLE}"
+        if not bag.is_of_ros():
+            what, remedy = "holds no messages of ROS", "give a bag that does; logs are not read"
         what += "".join(f" ({remark})" for remark in bag.remarks)
-        raise DataError(bag.path, f"{what}, but {listed(bag)}", f"name them: --topics {EXAMPLE}")
+        raise DataError(bag.path, f"{what}, but {listed(bag)}", remedy)
     if "depth" not in named and depth is not None and depth.name == colour.name:
         depth = None
     info = named.get("info") or _info_of(bag, colour)

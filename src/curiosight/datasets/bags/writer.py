@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from curiosight.datasets.bags.bag import is_bag
+from curiosight.datasets.bags.bag import beside_bag, is_bag
 from curiosight.datasets.bags.bag_camera import EXTRAS_TOPIC, STRING
 from curiosight.datasets.bags.camera_info import CAMERA_INFO
 from curiosight.datasets.bags.images import IMAGE
@@ -67,9 +67,7 @@ class BagWriter:
         if layout not in BAG_LAYOUTS:
             raise ValueError(f"layout: expected {', '.join(BAG_LAYOUTS)}, got {layout!r}")
         require_rosbags(path)
-        if path.exists() and not (overwrite and (is_bag(path) or path.is_file())):
-            remedy = "choose another --out, or add --overwrite"
-            raise DataError(path, "exists" if not overwrite else "exists and is no bag", remedy)
+        _check_free(path, overwrite=overwrite)
         self.path = path
         self.indices = tuple(range(len(dataset)) if indices is None else indices)
         self.n_written = self.n_restamped = 0
@@ -110,8 +108,8 @@ class BagWriter:
             (made,) = self._parts.iterdir()
             if self._layout == "mcap":
                 made = next(made.glob("*.mcap"))
-            if self.path.is_dir():
-                shutil.rmtree(self.path)
+            if self.path.is_dir():  # moved aside first: at no time is there none
+                os.replace(self.path, self._parts / "before")
             os.replace(made, self.path)
             shutil.rmtree(self._parts, ignore_errors=True)
         return self.n_written
@@ -238,3 +236,19 @@ class BagWriter:
             transform=transform,
         )
         return self._new(TF_MESSAGE, transforms=[stamped])
+
+
+def _check_free(path: Path, *, overwrite: bool) -> None:
+    """Raise `DataError` where a path exists, unless it may be overwritten and is a bag alone."""
+    if not path.exists():
+        return
+    if not overwrite:
+        raise DataError(path, "exists", "choose another --out, or add --overwrite")
+    if path.is_file():
+        return
+    if not is_bag(path):
+        raise DataError(path, "exists and is no bag", "choose another --out")
+    others = beside_bag(path)
+    if others:
+        found = f"holds more than a bag: {min(others)}"
+        raise DataError(path, found, "choose another --out, or move that away")

@@ -1,5 +1,5 @@
 """The live page: a small server on this machine, of files that lie beside it."""
 
-from curiosight.robot.page.server import Page, open_page
+from curiosight.robot.page.server import HOST, Page, open_page
 
-__all__ = ["Page", "open_page"]
+__all__ = ["HOST", "Page", "open_page"]
