@@ -23,6 +23,7 @@ from curiosight.robot.ros.missing import Quality, Seen, TopicSeen
 COMPRESSED = re.compile(r"/compressed(Depth)?$")
 SENSOR = Quality("best_effort", "volatile")
 LATCHED = Quality("reliable", "transient_local")
+DEPTH_INFO = "CameraInfo of depth"
 
 
 @dataclass(slots=True)
@@ -95,7 +96,7 @@ class Inputs:
             self._listen(info, "CameraInfo of colour", kind, SENSOR, take)
             if depth_info != info:
                 take = partial(setattr, frames, "depth_info")
-                self._listen(depth_info, "CameraInfo of depth", kind, SENSOR, take)
+                self._listen(depth_info, DEPTH_INFO, kind, SENSOR, take)
         tf = ros.tf2_msgs_msg.TFMessage
         moving = Quality("best_effort", "volatile")
         take = partial(self.tf.take, is_static=False)
@@ -179,26 +180,32 @@ class Inputs:
 
     def seen(self, refused: dict[str, str]) -> Seen:
         """Return what is seen of the graph now; refused: of our own topics."""
-        wanted = [ear for ear in self._ears if ear.what not in _WHERE]
-        alike: dict[str, list[str]] = {}
-        for name, kinds in self._node.get_topic_names_and_types():
-            if self._node.count_publishers(name):
-                for kind in kinds:
-                    alike.setdefault(kind, []).append(name)
-        own = self._node.get_fully_qualified_name() + "/"
-        alike = {
-            kind: [name for name in names if not name.startswith(own)]
-            for kind, names in alike.items()
-        }
+        topics = [self._seen(ear) for ear in self._ears if self._is_needed(ear)]
+        lost = {one.kind for one in topics if not one.kinds}
         return Seen(
-            [self._seen(ear) for ear in wanted],
+            topics,
             self.frames.apart_s(),
             self._values["max_stamp_gap"],
             self._tf_missing(),
             refused,
             self._lacks(),
-            alike,
+            self._alike(lost) if lost else {},
         )
+
+    def _is_needed(self, ear: Ear) -> bool:
+        if ear.what == DEPTH_INFO:  # not where depth is registered
+            return self.frames.depth_frame != self.frames.colour_frame
+        return ear.what not in _WHERE
+
+    def _alike(self, wanted: set[str]) -> dict[str, list[str]]:
+        """Return which topics of others there are, by type."""
+        own = self._node.get_fully_qualified_name() + "/"
+        alike: dict[str, list[str]] = {}
+        for name, kinds in self._node.get_topic_names_and_types():
+            for kind in wanted.intersection(kinds):
+                if not name.startswith(own) and self._node.count_publishers(name):
+                    alike.setdefault(kind, []).append(name)
+        return alike
 
     def _tf_missing(self) -> str | None:
         stamp = self.frames.last_colour_ns
