@@ -3,43 +3,23 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from curiosight.datasets.bags.bag_camera import RECTIFIED
-from curiosight.datasets.bags.transforms import stamp_of
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.topics.frames import Joining, TopicFrames
 from curiosight.datasets.topics.tf_buffer import TfBuffer
+from curiosight.experiments.ros.ears import LATCHED, SENSOR, Ear, Ears
 from curiosight.experiments.ros.packages import Ros
 from curiosight.robot.ros.goals import FloorMap, Place
-from curiosight.robot.ros.missing import Quality, Seen, TopicSeen
+from curiosight.robot.ros.missing import Quality, Seen
 
 COMPRESSED = re.compile(r"/compressed(Depth)?$")
-SENSOR = Quality("best_effort", "volatile")
-LATCHED = Quality("reliable", "transient_local")
 DEPTH_INFO = "CameraInfo of depth"
-
-
-@dataclass(slots=True)
-class Ear:
-    """A topic that is listened to."""
-
-    name: str
-    what: str
-    kind: str
-    asked: Quality
-    is_once: bool = False
-    n: int = 0
-    last_at: float = 0.0
-    last_stamp_ns: int | None = None
-    policies: set[str] = field(default_factory=set)
-    subscription: Any = None
 
 
 def beside(image_topic: str) -> str:
@@ -64,7 +44,7 @@ class Inputs:
         self.tf = TfBuffer()
         self.frames = TopicFrames(self.tf, self._joining())
         self.floor: FloorMap | None = None
-        self._ears: list[Ear] = []
+        self._ears = Ears(ros, node)
         self._told: tuple[int, dict[str, int]] = (0, {})
 
     @property
@@ -84,73 +64,35 @@ class Inputs:
 
     def open(self) -> None:
         values, frames, ros = self._values, self.frames, self._ros
+        listen = self._ears.listen
         asked = Quality(values["reliability"], "volatile")
         colour, depth = values["color_topic"], values["depth_topic"]
-        self._listen(colour, "colour", self._image_type(colour), asked, self._on_colour)
+        listen(colour, "colour", self._image_type(colour), asked, self._on_colour)
         info = values["color_info_topic"] or beside(colour)
         if self.has_depth:
             depth_info = values["depth_info_topic"] or beside(depth)
-            self._listen(depth, "depth", self._image_type(depth), asked, frames.add_depth)
+            listen(depth, "depth", self._image_type(depth), asked, frames.add_depth)
             kind = ros.sensor_msgs_msg.CameraInfo
             take = partial(setattr, frames, "info")
-            self._listen(info, "CameraInfo of colour", kind, SENSOR, take)
+            listen(info, "CameraInfo of colour", kind, SENSOR, take)
             if depth_info != info:
                 take = partial(setattr, frames, "depth_info")
-                self._listen(depth_info, DEPTH_INFO, kind, SENSOR, take)
+                listen(depth_info, DEPTH_INFO, kind, SENSOR, take)
         tf = ros.tf2_msgs_msg.TFMessage
         moving = Quality("best_effort", "volatile")
         take = partial(self.tf.take, is_static=False)
-        self._listen("/tf", "transforms", tf, moving, take, depth=100)
+        listen("/tf", "transforms", tf, moving, take, depth=100)
         take = partial(self.tf.take, is_static=True)
-        self._listen("/tf_static", "static transforms", tf, LATCHED, take, depth=100)
+        listen("/tf_static", "static transforms", tf, LATCHED, take, depth=100)
         grid = ros.nav_msgs_msg.OccupancyGrid
-        self._listen(values["map_topic"], "map", grid, LATCHED, self._take_floor, depth=1)
+        listen(values["map_topic"], "map", grid, LATCHED, self._take_floor, depth=1)
 
     def close(self) -> None:
-        for ear in self._ears:
-            self._node.destroy_subscription(ear.subscription)
-        self._ears = []
+        self._ears.close()
 
     def _image_type(self, topic: str) -> Any:
         messages = self._ros.sensor_msgs_msg
         return messages.CompressedImage if COMPRESSED.search(topic) else messages.Image
-
-    def _listen(
-        self,
-        name: str,
-        what: str,
-        kind: Any,
-        asked: Quality,
-        take: Callable[[Any], None],
-        depth: int = 5,
-    ) -> None:
-        ros = self._ros
-        package = kind.__module__.partition(".")[0]
-        name = self._node.resolve_topic_name(name)
-        ear = Ear(name, what, f"{package}/msg/{kind.__name__}", asked)
-        ear.is_once = asked == LATCHED
-
-        def hear(message: Any) -> None:
-            ear.n += 1
-            ear.last_at = time.monotonic()
-            if hasattr(message, "header"):
-                ear.last_stamp_ns = stamp_of(message.header)
-            take(message)
-
-        def refuse(event: Any) -> None:
-            policy = ros.rclpy_qos.qos_policy_name_from_kind(event.last_policy_kind)
-            ear.policies.add(policy)
-
-        ear.subscription = self._node.create_subscription(
-            kind,
-            name,
-            hear,
-            profile(ros, asked, depth),
-            event_callbacks=ros.rclpy_event_handler.SubscriptionEventCallbacks(
-                incompatible_qos=refuse
-            ),
-        )
-        self._ears.append(ear)
 
     def _take_floor(self, message: Any) -> None:
         info = message.info
@@ -180,7 +122,7 @@ class Inputs:
 
     def seen(self, refused: dict[str, str]) -> Seen:
         """Return what is seen of the graph now; refused: of our own topics."""
-        topics = [self._seen(ear) for ear in self._ears if self._is_needed(ear)]
+        topics = [self._ears.seen(ear) for ear in self._ears.all if self._is_needed(ear)]
         lost = {one.kind for one in topics if not one.kinds}
         return Seen(
             topics,
@@ -218,8 +160,8 @@ class Inputs:
         why = self.tf.why_not(world, camera, stamp)
         if why is None:
             return None
-        lost = [self._seen(ear).missing() for ear in self._ears if ear.what in _WHERE[:2]]
-        return "; ".join([why, *(one for one in lost if one and one.startswith("QoS"))])
+        of_tf = [self._ears.seen(ear) for ear in self._ears.all if ear.what in _WHERE[:2]]
+        return "; ".join([why, *(one.misfit for one in of_tf if one.misfit)])
 
     def _lacks(self) -> dict[str, int]:
         """Return what most frames since the last time taught nothing for, and how many."""
@@ -228,27 +170,6 @@ class Inputs:
         fresh = {why: n - told.get(why, 0) for why, n in frames.lacks.items()}
         n_frames = frames.n_settled - n_before
         return {why: n for why, n in fresh.items() if n > 0 and 2 * n >= n_frames}
-
-    def _seen(self, ear: Ear) -> TopicSeen:
-        offers = self._node.get_publishers_info_by_topic(ear.name)
-        now = time.monotonic()
-        ahead = None
-        if ear.last_stamp_ns is not None:
-            ahead = (ear.last_stamp_ns - self._node.get_clock().now().nanoseconds) / 1e9
-            ahead += now - ear.last_at
-        return TopicSeen(
-            ear.name,
-            ear.what,
-            ear.kind,
-            ear.asked,
-            sorted({one.topic_type for one in offers}),
-            [quality_of(one.qos_profile) for one in offers],
-            ear.n,
-            now - ear.last_at if ear.n else None,
-            sorted(ear.policies),
-            ahead,
-            ear.is_once,
-        )
 
 
 # Topics that are asked for only where poses are.
@@ -260,18 +181,3 @@ def place_of(pose: Any) -> Place:
     turn = pose.orientation
     yaw = np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
     return Place(pose.position.x, pose.position.y, float(yaw))
-
-
-def quality_of(profile: Any) -> Quality:
-    return Quality(profile.reliability.name.lower(), profile.durability.name.lower())
-
-
-def profile(ros: Ros, quality: Quality, depth: int) -> Any:
-    """Return a QoS profile that keeps the last so many messages."""
-    qos = ros.rclpy_qos
-    return qos.QoSProfile(
-        depth=depth,
-        history=qos.HistoryPolicy.KEEP_LAST,
-        reliability=qos.ReliabilityPolicy[quality.reliability.upper()],
-        durability=qos.DurabilityPolicy[quality.durability.upper()],
-    )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.experiments.ros.inputs import LATCHED, profile, quality_of
+from curiosight.experiments.ros.ears import LATCHED, profile, quality_of
 from curiosight.experiments.ros.packages import Ros
 from curiosight.robot.ros.detections import Detection
 from curiosight.robot.ros.goals import Place

@@ -53,6 +53,16 @@ class TopicSeen:
     ahead_s: float | None = None
     is_once: bool = False
 
+    @property
+    def misfit(self) -> str | None:
+        """Say in what the quality of a publisher does not fit; None = all fit."""
+        lacking = sorted({one for offer in self.offers for one in offer.lacks(self.asked)})
+        if not lacking:
+            lacking = [f"{policy.lower()} differs" for policy in self.policies]
+        if not lacking:
+            return None
+        return f"QoS does not fit on {self.name} ({self.what}): {'; '.join(lacking)}"
+
     def missing(self, alike: Sequence[str] = ()) -> str | None:
         """Say what is wrong; None = nothing. alike: topics of this type that there are."""
         if not self.kinds:
@@ -61,11 +71,8 @@ class TopicSeen:
             return f"no publisher on {self.name} ({self.what}){hint}"
         if self.kind not in self.kinds:
             return f"{self.name} ({self.what}) is {self.kinds[0]}, not {self.kind}"
-        lacking = sorted({one for offer in self.offers for one in offer.lacks(self.asked)})
-        if not lacking and self.policies:
-            lacking = [f"{policy.lower()} differs" for policy in self.policies]
-        if lacking and self.silent_s is None:
-            return f"QoS does not fit on {self.name} ({self.what}): {'; '.join(lacking)}"
+        if self.silent_s is None and self.misfit:
+            return self.misfit
         if self.silent_s is None:
             return f"nothing comes on {self.name} ({self.what}), though it has a publisher"
         if self.silent_s > SILENT_S and not self.is_once:
