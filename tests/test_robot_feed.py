@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curiosight.frame import Frame
-from curiosight.robot.feed import Replay, Shot
+from curiosight.robot.feed import Incoming, Replay, Shot
 from curiosight.robot.newest import Newest
 from curiosight.robot.routes import Drive, rounds
 
@@ -155,3 +155,27 @@ def test_newest_replaces_what_was_not_taken() -> None:
     assert place.put(2)
     assert place.take(0) == 2
     assert place.take(0) is None
+
+
+def test_newest_of_what_comes_is_made_a_frame() -> None:
+    clock = Clock()
+    made: list[int] = []
+
+    def make(item: int) -> Frame | None:
+        made.append(item)
+        return None if item < 0 else Frame(str(item), np.zeros((4, 4, 3), np.uint8))
+
+    feed = Incoming(make, clock=clock)
+    assert feed.newest(0) is None
+    for item in (1, 2, 3):
+        feed.put(item)
+    came_at = clock.now
+    clock.now += 1.0
+    shot = feed.newest(0)
+    assert shot is not None
+    assert (shot.frame.id, shot.index, shot.taken_at) == ("3", None, came_at)
+    assert feed.n_missed == 2
+    assert made == [3]  # those that were overtaken are not decoded
+    feed.put(-1)
+    assert feed.newest(0) is None
+    feed.close()

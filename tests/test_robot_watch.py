@@ -22,7 +22,7 @@ from curiosight.robot.plan import Plan
 from curiosight.robot.shown import PICTURES, Shown
 from curiosight.robot.state import KEYS, Preparing
 from curiosight.robot.told import Told, Verdict
-from curiosight.robot.watch import Look, Watch
+from curiosight.robot.watch import Look, Mapped, Watch
 from curiosight.teacher import Segmentation
 from room import kinect, poses_around, render
 from test_robot_advice import NAMES, Planned
@@ -274,3 +274,34 @@ def test_nothing_is_known_while_it_is_prepared() -> None:
     assert preparing.picture("colour") is None
     with pytest.raises(ValueError, match="pause: expected a watch that has begun"):
         preparing.command("pause", True)
+
+
+def test_maps_are_told_and_frames_settled_before_they_are_taught_with() -> None:
+    maps: list[Mapped] = []
+    looks: list[Look] = []
+
+    class Bare(Given):
+        """Gives colour alone."""
+
+        def newest(self, timeout_s: float) -> Shot:
+            shot = super().newest(timeout_s)
+            frame = Frame(shot.frame.id, shot.frame.rgb)
+            return Shot(frame, shot.index, shot.taken_at)
+
+    def settle(shot: Shot) -> Shot:
+        assert shot.frame.depth is None
+        return Shot(FRAMES[int(shot.frame.id)], shot.index, shot.taken_at)
+
+    watch = Watch(
+        small_learner(), Bare(), Knowing(), on_look=looks.append, on_map=maps.append, settle=settle
+    )
+    watch.start()
+    try:
+        wait_for(lambda: len(looks) > 2 or watch.failure)
+    finally:
+        watch.stop()
+    assert watch.failure is None
+    assert all(one.shot.frame.depth is None for one in maps)
+    assert all(look.verdict.shot.frame is FRAMES[look.verdict.shot.index or 0] for look in looks)
+    assert all(look.outcome.error == look.error for look in looks)
+    assert looks[0].outcome.seen is not None

@@ -18,6 +18,7 @@ COMMANDS = {
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
     "watch": "Watch a source live: map its newest frame, learn meanwhile, say where to go and why.",
+    "ros": "Run a ROS 2 node: map what a camera sees, learn meanwhile, and explore by Nav2.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",
@@ -54,6 +55,13 @@ class Plain:
 
 class Command(Plain, TyperCommand):
     """One command."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options; what follows --ros-args is for ROS, which appends it by itself."""
+        if self.name == "ros" and "--ros-args" in args and "--" not in args:
+            args = args.copy()
+            args.insert(args.index("--ros-args"), "--")
+        return super().parse_args(ctx, args)
 
 
 class Commands(Plain, TyperGroup):

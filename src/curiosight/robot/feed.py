@@ -8,9 +8,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from curiosight.frame import Frame
+from curiosight.robot.newest import Newest
 
 RATE_HZ = 30.0
 # Times between two stamps that are replayed as they are; others are those of `rate_hz`.
@@ -18,6 +19,7 @@ LEAST_GAP_S, MOST_GAP_S = 1 / 120, 0.5
 # Who has not asked for so long has paused; what was to come meanwhile never comes.
 PAUSE_S = 0.5
 N_AHEAD = 4
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,3 +179,34 @@ class Replay:
         self._is_closed = True
         if self._thread.ident is not None:
             self._thread.join()
+
+
+class Incoming(Generic[Item]):
+    """What comes from elsewhere, as messages do: the newest is made a frame when it is asked for.
+
+    make: in the thread that asks; None = no frame can be made of it.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[Item], Frame | None],
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.n_missed = 0
+        self._make, self._clock = make, clock
+        self._newest = Newest[tuple[Item, float]]()
+
+    def put(self, item: Item) -> None:
+        """Take what has come now; any thread may call."""
+        self.n_missed += self._newest.put((item, self._clock()))
+
+    def newest(self, timeout_s: float) -> Shot | None:
+        taken = self._newest.take(timeout_s)
+        if taken is None:
+            return None
+        frame = self._make(taken[0])
+        return None if frame is None else Shot(frame, None, taken[1])
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from curiosight.explorer.outcome import Outcome, Seen
@@ -39,7 +39,8 @@ class Mapped:
 class Look:
     """A frame that was compared with what its teacher says. number: from 0; error: eq. (1).
 
-    seconds: since the first map. n_regrown: trees; 0 where nothing was learned.
+    seconds: since the first map. n_regrown: trees; 0 where nothing was learned. outcome: what a
+    strategy hears of it.
     """
 
     number: int
@@ -47,6 +48,7 @@ class Look:
     verdict: Verdict
     error: float | None
     n_regrown: int
+    outcome: Outcome = field(default_factory=Outcome)
 
 
 class Watch:
@@ -55,7 +57,9 @@ class Watch:
     learner: maps, while it learns; its forest is swapped in whole (see `SaliencyLearner`).
     teacher: labels frames; None = there is no depth, and nothing is compared or learned.
     advice: is told each look; None = nobody wants to know where to go.
-    on_look: is called in the learning thread after each look.
+    on_look: is called in the learning thread after each look; on_map in the mapping thread.
+    settle: adds to a frame, in the teacher's thread, what was not known yet when it was mapped;
+        None = nothing is to be added.
 
     `start` it, ask `failure` now and then, and `stop` it. Whatever went wrong in a thread ends
     all, and is `failure`.
@@ -70,6 +74,8 @@ class Watch:
         is_learning: bool = True,
         advice: Advice | None = None,
         on_look: Callable[[Look], None] | None = None,
+        on_map: Callable[[Mapped], None] | None = None,
+        settle: Callable[[Shot], Shot] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         if is_learning and teacher is None:
@@ -80,6 +86,7 @@ class Watch:
         self._told = Told()
         learner.teacher = self._told
         self._feed, self._clock, self._on_look = feed, clock, on_look
+        self._on_map, self._settle = on_map, settle
         self._governor = Governor()
         self._to_teach, self._to_learn = Newest[Shot](), Newest[Verdict]()
         self.mapped: Mapped | None = None
@@ -169,6 +176,8 @@ class Watch:
         self.ages.note(now - shot.taken_at)
         self._governor.note(now - shot.taken_at)
         self._n_offered += 1
+        if self._on_map is not None:
+            self._on_map(self.mapped)
         if self.teacher is not None:
             self._to_teach.put(shot)
 
@@ -180,6 +189,8 @@ class Watch:
         shot = self._to_teach.take(TICK_S)
         if shot is None or self.teacher is None:
             return
+        if self._settle is not None:
+            shot = self._settle(shot)
         verdict = Verdict(shot, self.teacher.segment(shot.frame))
         self.verdict = verdict
         self._to_learn.put(verdict)
@@ -203,7 +214,8 @@ class Watch:
                 self._learned_at = self._clock()
         else:
             n_regrown, outcome = 0, self._compare(verdict)
-        look = Look(self.looks.n, self.seconds() or 0.0, verdict, outcome.error, n_regrown)
+        seconds = self.seconds() or 0.0
+        look = Look(self.looks.n, seconds, verdict, outcome.error, n_regrown, outcome)
         self.looks.note()
         if self.advice is not None:
             self.advice.look(verdict.shot.index, outcome, look.seconds)

@@ -59,19 +59,24 @@ GREYS = frozenset({"mono8", "8UC1", "mono16"})
 DEPTHS = frozenset({"16UC1", "16SC1", "32FC1", "64FC1", "32UC1", "32SC1", "mono16"})
 
 
+def is_compressed(message: Any) -> bool:
+    """Tell a CompressedImage from an Image, whoever made the class of the message."""
+    return hasattr(message, "format")
+
+
 def encoding_of(message: Any) -> str:
     """Return what an image's pixels are: its encoding, or "depth", "jpeg", … where compressed.
 
     Of a compressed colour image only what stands before the semicolon, if it says that.
     """
-    if message.__msgtype__ == IMAGE:
+    if not is_compressed(message):
         return str(message.encoding)
     return "depth" if is_depth_format(message.format) else str(message.format).partition(";")[0]
 
 
 def to_rgb(message: Any, name: str) -> Rgb:
     """Return a colour image's (H, W, 3) uint8, red first; raises `UnreadableFile`."""
-    if message.__msgtype__ == COMPRESSED:
+    if is_compressed(message):
         content = bytes(message.data)
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         decoded = decode_content(name, content, flags)
@@ -90,7 +95,7 @@ def to_rgb(message: Any, name: str) -> Rgb:
 
 def to_depth(message: Any, name: str) -> Raw:
     """Return a depth image's (H, W) numbers as they are, whole or float; `UnreadableFile`."""
-    if message.__msgtype__ == COMPRESSED:
+    if is_compressed(message):
         return decode_depth(bytes(message.data), str(message.format), name)
     encoding = str(message.encoding)
     if encoding in ("mono8", "8UC1"):

@@ -88,7 +88,7 @@ class Transforms:
 
         instead: also where tf tells another parent; the new one is then the root.
         """
-        if child not in self._lineage(frame) or (child in self.parents and not instead):
+        if child not in self.lineage(frame) or (child in self.parents and not instead):
             return False
         self.parents[child] = link
         if instead:
@@ -107,7 +107,7 @@ class Transforms:
 
     def between(self, target: str, source: str) -> Pose | None:
         """Return T_target_source where only static links join the two; None if they do not."""
-        lineages = [self._lineage(target), self._lineage(source)]
+        lineages = [self.lineage(target), self.lineage(source)]
         common = next((frame for frame in lineages[0] if frame in lineages[1]), None)
         if common is None:
             return None
@@ -117,7 +117,8 @@ class Transforms:
         T_target_source: Pose = np.linalg.inv(up[0]) @ up[1]
         return T_target_source
 
-    def _lineage(self, frame: str) -> list[str]:
+    def lineage(self, frame: str) -> list[str]:
+        """Return a frame, its parent, and so on up to its root."""
         return [frame, *(link.parent for link in self.chain(frame))]
 
     def _static_pose(self, frame: str, ancestor: str) -> Pose | None:
@@ -136,7 +137,7 @@ class Transforms:
         child, parent = clean(transform.child_frame_id), clean(transform.header.frame_id)
         link = self._links.setdefault((child, parent), Link(parent, is_static))
         link.is_static &= is_static
-        link.rows.append((stamp_of(transform.header), _numbers(transform.transform)))
+        link.rows.append((stamp_of(transform.header), numbers_of(transform.transform)))
 
 
 def poses_told(topic: Topic) -> tuple[Link, str]:
@@ -152,7 +153,7 @@ def poses_told(topic: Topic) -> tuple[Link, str]:
         else:
             child = clean(getattr(message, "child_frame_id", ""))
             told = message.pose if topic.type == POSES[0] else message.pose.pose
-        link.rows.append((stamp_of(message.header), _numbers(told)))
+        link.rows.append((stamp_of(message.header), numbers_of(told)))
     return link, child
 
 
@@ -172,7 +173,7 @@ def stamp_of(header: Any) -> int:
     return int(header.stamp.sec) * NS_PER_SECOND + int(header.stamp.nanosec)
 
 
-def _numbers(told: Any) -> tuple[float, ...]:
+def numbers_of(told: Any) -> tuple[float, ...]:
     """Return x, y, z, qx, qy, qz, qw of a Transform or a Pose."""
     is_transform = hasattr(told, "translation")
     place = told.translation if is_transform else told.position
