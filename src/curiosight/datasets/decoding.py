@@ -19,6 +19,7 @@ from curiosight.datasets.palette import (
     may_have_palette,
     read_indices,
 )
+from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Rgb
 
 JPEG_START = b"\xff\xd8"
@@ -93,7 +94,7 @@ def _decode(path: Path, flags: int) -> npt.NDArray[Any]:
 
 def _content(path: Path) -> bytes:
     try:
-        content = path.read_bytes()
+        content = read_bytes(path)
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
     except OSError as error:

@@ -11,6 +11,7 @@ import cv2
 
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
+from curiosight.errors.inputs import check_file
 from curiosight.frame import Rgb
 
 # So many frames ahead are sooner decoded and passed over than sought.
@@ -142,6 +143,11 @@ def _list_times(path: Path) -> dict[float, int] | None:
 
 
 def _open_capture(path: Path, is_turned: bool) -> Any:
+    try:
+        check_file(path, max_bytes=None)
+    except OSError as error:
+        found = f"cannot be read ({error.strerror})"
+        raise DataError(path, found, "check the path") from None
     # FFmpeg would print its complaints of a damaged file; -8 is its word for silence.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     capture = cv2.VideoCapture(str(path))
