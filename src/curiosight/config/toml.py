@@ -36,7 +36,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise DataError(path, f"cannot be read ({error.strerror})", "check the path") from error
     except RecursionError:
         raise DataError(path, "is nested too deeply", "write sections and values") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise DataError(path, f"is no TOML ({error})", "mend that line") from error
 
 

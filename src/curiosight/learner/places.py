@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_whole
 from curiosight.frame import Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
 from curiosight.learner.looks import LOOK_SIZE, Look, Looks
@@ -37,6 +38,7 @@ LOOK_SCALE, POSE_DOUBT = 0.01, 0.02
 # A view without a pose that is as alike as this to another shows no new spot.
 SAME_LOOK = 0.98
 MAX_LOOKS, MAX_LOOKS_PER_SPOT = 1_000, 4
+MAX_PLACES = 10_000
 
 
 class Places:
@@ -50,8 +52,7 @@ class Places:
     """
 
     def __init__(self, max_places: int = 16) -> None:
-        if max_places < 1:
-            raise ValueError(f"max_places: expected 1 or more, got {max_places}")
+        check_whole("max_places", max_places, 1, MAX_PLACES)
         self.max_places = max_places
         self.place_of_spot: Numbers = np.empty(0, np.int64)
         self._axes: Array | None = None
