@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-
 # Metres, shares, pixels: nothing here is as large, and larger numbers overflow.
 MOST = 1e6
 
