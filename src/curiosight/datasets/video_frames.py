@@ -17,6 +17,7 @@ from curiosight.frame import Rgb
 # So many frames ahead are sooner decoded and passed over than sought.
 MAX_STEPS = 30
 RAW_PACKETS = -1
+MIN_FRAME_BYTES = 4
 
 
 class VideoFrames:
@@ -39,7 +40,9 @@ class VideoFrames:
         self._n_readable: int | None = None  # known once decoding broke off
         self._place_of: dict[float, int] | None = None
         self._is_listed = False
-        self.n_announced = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
+        announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        # A header may say anything; no frame is smaller than what names it in the file.
+        self.n_announced = min(max(0, announced), path.stat().st_size // MIN_FRAME_BYTES)
         self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         try:
             self.shape: tuple[int, ...] = self.read(0).shape
