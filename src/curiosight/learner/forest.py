@@ -91,6 +91,7 @@ class Forest:
         check_whole("min_split", min_split, 2, MAX_SAMPLES)
         check_whole("n_split_features", n_split_features, 1, n_features)
         check_share("leaf_share", leaf_share)
+        check_whole("n_levels", n_levels, 2, N_BINS)
         if n_levels not in LEVELS:
             raise ValueError(f"n_levels: expected one of {LEVELS}, got {n_levels}")
         check_whole("max_rows", 1 if max_rows is None else max_rows, 1, MAX_SAMPLES)
@@ -302,7 +303,7 @@ class Forest:
                     f"{name}: expected (n, *{like.shape[1:]}) {like.dtype}, "
                     f"got {found.shape} {found.dtype}"
                 )
-        trees = unpack_trees(arrays, self.n_features)
+        trees = unpack_trees(arrays, self.n_features, self.max_depth)
         if len(trees) not in (0, self.n_trees):
             raise ValueError(f"tree_sizes: expected {self.n_trees} trees or 0, got {len(trees)}")
         if not len(arrays["rows"]) == len(arrays["is_salient"]) == len(arrays["groups"]):

@@ -285,12 +285,22 @@ class Places:
         of_each = (known[name] for name in ("cell_of_spot", "views", "n_seen"))
         if any(len(numbers) != n_spots for numbers in of_each):
             raise ValueError(f"places: expected numbers of {n_spots} spots")
-        if known["n_seen"].sum() != len(known["seen"]) or known["seen"].max(initial=0) > n_cells:
+        if known["n_seen"].sum() != len(known["seen"]) or known["n_seen"].min(initial=0) < 0:
             raise ValueError("places_seen: expected the cells that each spot sees")
+        for name, least, n_values in (
+            ("seen", 0, n_cells),
+            ("of_spot", NOWHERE, self.max_places),
+            ("cell_of_spot", NOWHERE, n_cells),
+            ("spot_of_look", 0, n_spots),
+        ):
+            if not ((known[name] >= least) & (known[name] < n_values)).all():
+                raise ValueError(f"places_{name}: expected numbers below {n_values}")
+        if known["axes"].shape[1] != 3 or len({tuple(cell) for cell in known["cells"]}) != n_cells:
+            raise ValueError("places_axes, places_cells: expected directions, and each cell once")
+        if not np.isfinite(known["axes"]).all():
+            raise ValueError("places_axes: expected finite numbers")
         if known["looks"].shape != (len(known["spot_of_look"]), LOOK_SIZE):
             raise ValueError(f"places_looks: expected (n, {LOOK_SIZE}), got {known['looks'].shape}")
-        if known["spot_of_look"].max(initial=0) >= max(1, n_spots):
-            raise ValueError("places_spot_of_look: expected numbers of spots")
         self._axes = known["axes"] if len(known["axes"]) else None
         self._cell_numbers = {(int(x), int(y)): i for i, (x, y) in enumerate(known["cells"])}
         self.place_of_spot = known["of_spot"]
