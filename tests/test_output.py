@@ -15,7 +15,7 @@ import pytest
 
 from command import files
 from curiosight.errors import DataError
-from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.output import OutputFolder, TableFile, read_cell, written_cell
 
 
 @pytest.fixture
@@ -133,3 +133,30 @@ def test_full_disk_leaves_only_whole_files_and_rows(tiny_disk: Path, source: Pat
     lines = (tiny_disk / "out/a.csv").read_text().split("\n")
     assert lines[-1] == ""
     assert set(lines[1:-1]) == {"x" * 99}
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("000001", "000001"),
+        ("seq-01/frame", "seq-01/frame"),
+        ("-12", "-12"),
+        ("=cmd()", "'=cmd()"),
+        ("+1+cmd()", "'+1+cmd()"),
+        ("-1+cmd()", "'-1+cmd()"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("'quoted", "''quoted"),
+    ],
+)
+def test_texts_in_a_table_are_no_formulas_and_come_back(text: str, cell: str) -> None:
+    assert written_cell(text) == cell
+    assert read_cell(cell) == text
+
+
+def test_a_row_is_a_line_whatever_a_name_holds(tmp_path: Path) -> None:
+    table = TableFile(tmp_path / "one.csv", ["id", "error"])
+    table.add({"id": "=a\n\x1b[31m\t\udcff, b", "error": -0.5})
+    table.close()
+    assert (tmp_path / "one.csv").read_text() == (
+        'id,error\n"\'=a\\n\\x1b[31m\\t\\udcff, b",-0.500000\n'
+    )

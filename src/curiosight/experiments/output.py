@@ -17,8 +17,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.errors import DataError
+from curiosight.errors import DataError, printable
 from curiosight.files import replace_file, writing
+
+# What spreadsheets begin a formula with, and what we mark one with.
+FORMULA = ("=", "+", "-", "@", "'")
 
 
 class OutputFolder:
@@ -153,4 +156,28 @@ class TableFile:
 def _cell(value: Any) -> Any:
     if value is None:
         return ""
+    if isinstance(value, str):
+        return written_cell(value)
     return f"{value:.6f}" if isinstance(value, float) else value
+
+
+def written_cell(text: str) -> str:
+    """Return a text as it stands in a table: on one line, and no formula to a spreadsheet.
+
+    An apostrophe before it tells spreadsheets that it is text; `read_cell` takes it away.
+    """
+    shown = printable(text)
+    return f"'{shown}" if shown.startswith(FORMULA) and not _is_number(shown) else shown
+
+
+def read_cell(cell: str) -> str:
+    """Return the text of a cell that `written_cell` made."""
+    return cell[1:] if cell.startswith("'") else cell
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
