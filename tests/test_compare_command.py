@@ -26,7 +26,7 @@ from curiosight.errors import DataError
 from curiosight.experiments import output
 from curiosight.experiments.contest.contest import Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings
-from curiosight.experiments.contest.sole_writer import LOCK, sole_writer
+from curiosight.experiments.sole_writer import LOCK, sole_writer
 
 Capsys = pytest.CaptureFixture[str]
 N_LOOKS = 6

@@ -17,6 +17,7 @@ from curiosight.cli.commands import Commands
 from curiosight.cli.interrupt import name_interruption, unwinding
 from curiosight.cli.streams import Output, settle_streams
 from curiosight.errors import DataError, printable
+from curiosight.experiments.sole_writer import letting_go
 
 app = typer.Typer(
     cls=Commands,
@@ -70,7 +71,7 @@ def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
         # A command returns nothing; typer turns its `Exit`, and Ctrl-C, into a number.
-        with unwinding():
+        with unwinding(), letting_go():
             status = app(arguments, prog_name="curiosight", standalone_mode=False) or 0
     except TyperException as mistake:
         text = mistake.format_message()  # empty where no arguments had the help shown
