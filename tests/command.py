@@ -47,8 +47,10 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path | int) ->
 
 
 def files(folder: Path) -> set[str]:
-    """Return the files of a folder, as relative paths."""
-    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    """Return the files of a folder, as relative paths, without its lock and lists of files."""
+    found = (path for path in folder.rglob("*") if path.is_file())
+    shown = (path for path in found if not path.name.startswith(".curiosight"))
+    return {path.relative_to(folder).as_posix() for path in shown}
 
 
 def without_times(out: Path) -> dict[str, bytes]:

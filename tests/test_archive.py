@@ -142,9 +142,18 @@ def test_headers_of_other_programs_are_refused(path, changes):
 
 
 def test_files_that_unpack_to_too_much_are_refused(path, monkeypatch):
-    monkeypatch.setattr(archive, "MAX_BYTES", 100)
+    write_archive(path, "model", HEADER, {"rows": np.zeros(100_000, np.uint8)})
+    assert path.stat().st_size < 5000
+    monkeypatch.setattr(archive, "MAX_BYTES", 50_000)
     with pytest.raises(DataError, match="not a curiosight file, or a damaged one"):
         read_archive(path, "model")
+
+
+def test_what_is_written_can_be_read_however_large(path, monkeypatch):
+    monkeypatch.setattr(archive, "MAX_BYTES", 50_000)
+    write_archive(path, "model", HEADER, {"rows": np.zeros(100_000, np.uint8)})
+    assert path.stat().st_size > 100_000, "it is not packed"
+    assert not read_archive(path, "model")[1]["rows"].any()
 
 
 @pytest.mark.parametrize("compression", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])

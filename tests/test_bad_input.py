@@ -179,6 +179,22 @@ def test_pose_regions_without_poses(out: Path, tmp_path: Path, capsys: Capsys) -
         ("[explorer]\nn_stay = 0", "n_stay"),
         ('preset = "best"', "best"),
         ("[explorer", "is no TOML"),
+        ("[run]\nseed = " + 5000 * "9", "mine.toml: is no TOML (Exceeds the limit"),
+        ("[run]\nseed = 0x" + 5000 * "f", "`run.seed` is 0xfff"),
+        ("[run]\nmemory_mb = " + 400 * "9", "expected a number of 64 bits"),
+        ("[reading]\ndepth_scale = " + 400 * "9", "expected a number of 64 bits"),
+        ("[run]\nmemory_mb = 10000001", "memory_mb: expected 1 to 10000000, got 10000001"),
+        ("[run]\nn_threads = 1025", "n_threads: expected 1 to 1024, got 1025"),
+        ("[test]\nevery = 1000000001", "every: expected 0 to 1000000000, got 1000000001"),
+        ("[forest]\nn_trees = 1001", "n_trees: expected 1 to 1000, got 1001"),
+        ("[forest]\nmax_depth = 1001", "max_depth: expected 0 to 1000, got 1001"),
+        ("[learner]\nn_superpixels = 19201", "n_superpixels: expected 1 to 19200, got 19201"),
+        ("[learner]\nn_pixels = 100001", "n_pixels: expected 1 to 100000, got 100001"),
+        ("[learner]\nthreshold = nan", "threshold: expected 0 to below 1, got nan"),
+        ("[explorer]\nn_warm_up = 10001", "n_warm_up: expected 0 to 10000, got 10001"),
+        ("[explorer]\nexponent = inf", "exponent: expected 0 to 100, got inf"),
+        ("[explorer]\ntheta = 100001", "theta: expected 2 to 100000, got 100001"),
+        ("[segmentation]\nmax_range = 1e7", "max_range: expected no more than 1e+06"),
     ],
 )
 def test_unusable_config(
@@ -186,6 +202,18 @@ def test_unusable_config(
 ) -> None:
     (tmp_path / "mine.toml").write_text(text)
     assert words in refused(capsys, out, "explore", room, "--config", tmp_path / "mine.toml")
+
+
+def test_settings_nested_too_deeply(
+    room: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    def give_up(text: str) -> None:
+        raise RecursionError("maximum recursion depth exceeded")
+
+    monkeypatch.setattr("curiosight.config.toml.tomllib.loads", give_up)
+    (tmp_path / "deep.toml").write_text("")
+    line = refused(capsys, out, "explore", room, "--config", tmp_path / "deep.toml")
+    assert "deep.toml: is nested too deeply" in line
 
 
 # Model files that are none

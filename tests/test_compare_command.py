@@ -26,7 +26,7 @@ from curiosight.errors import DataError
 from curiosight.experiments import output
 from curiosight.experiments.contest.contest import Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings
-from curiosight.experiments.contest.sole_writer import LOCK, sole_writer
+from curiosight.experiments.sole_writer import LOCK, sole_writer
 
 Capsys = pytest.CaptureFixture[str]
 N_LOOKS = 6
@@ -180,6 +180,10 @@ def test_other_settings_are_refused(
         (["--backend", "threads"], "backend: expected processes or ray, got 'threads'"),
         (["--address", "auto"], "address: expected --backend ray, too"),
         (["--workers", "0"], "workers: expected 1 or more, got 0"),
+        (["--workers", "1025"], "workers: expected 1 to 1024, got 1025"),
+        (["--seeds", "10001"], "seeds: expected 1 to 10000, got 10001"),
+        (["--steps", "10000001"], "steps: expected 1 to 10000000, got 10000001"),
+        (["--seconds", "1e9"], "seconds: expected a positive number up to 10000000"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_before_anything_is_written(

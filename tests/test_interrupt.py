@@ -266,6 +266,49 @@ def test_writing_the_model_meanwhile_changes_nothing(
     assert [n_samples // 700 for n_samples in written] == [*explored, *learned, 5, 8]
 
 
+@pytest.mark.parametrize("number", STOPPING)
+def test_evaluate_ended_by_a_signal_keeps_no_figures_of_a_part(
+    number: signal.Signals,
+    room: Path,
+    model: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+) -> None:
+    interrupt_at(monkeypatch, SaliencyLearner, "maps", turn=3, number=number)
+    outcome = call(capsys, "evaluate", model, room, "--out", tmp_path / "out")
+    assert outcome.status == 128 + number
+    said = "interrupted" if number == signal.SIGINT else f"ended by {number.name}"
+    assert outcome.err.splitlines()[-1] == f"curiosight: {said}"
+    assert files(tmp_path / "out") == {"config.toml"}
+    assert signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_segment_ended_by_a_signal_keeps_what_it_wrote(
+    number: signal.Signals,
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+) -> None:
+    interrupt_at(monkeypatch, import_module("curiosight.cli.segment"), "overlay_labels", 2, number)
+    outcome = call(capsys, "segment", room, "--out", tmp_path / "out")
+    assert outcome.status == 128 + number
+    assert "stopped after 2 frames; these are kept" in outcome.err
+    assert "labels/000001.png" in files(tmp_path / "out")
+
+
+def test_compare_ended_before_its_first_run_lets_go_of_its_folder(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    source = import_module("curiosight.cli.compare")
+    interrupt_at(monkeypatch, source, "_make", number=signal.SIGTERM)
+    outcome = call(capsys, "compare", room, "--seeds", 1, "--steps", 2, "--out", tmp_path / "out")
+    assert (outcome.status, outcome.err) == (143, "curiosight: ended by SIGTERM\n")
+    assert not [name for name in files(tmp_path / "out") if name.endswith("lock")]
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_learn_ended_by_a_signal_fits_what_there_is(
     number: signal.Signals,

@@ -15,7 +15,8 @@ import pytest
 
 from command import files
 from curiosight.errors import DataError
-from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.output import OutputFolder, TableFile, read_cell, written_cell
+from curiosight.experiments.sole_writer import LOCK, letting_go
 
 
 @pytest.fixture
@@ -51,7 +52,7 @@ def test_folder_of_its_own_is_not_shared(
     folder = OutputFolder(None, "explore", source)
     folder.path.mkdir(parents=True)  # another run that started in the same second
     folder.write_text("hello.txt", "hello")
-    assert [path.name for path in folder.path.iterdir()] == ["hello.txt"]
+    assert files(folder.path) == {"hello.txt"}
     assert folder.path.name.endswith("-2")
 
 
@@ -133,3 +134,97 @@ def test_full_disk_leaves_only_whole_files_and_rows(tiny_disk: Path, source: Pat
     lines = (tiny_disk / "out/a.csv").read_text().split("\n")
     assert lines[-1] == ""
     assert set(lines[1:-1]) == {"x" * 99}
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("000001", "000001"),
+        ("seq-01/frame", "seq-01/frame"),
+        ("-12", "-12"),
+        ("=cmd()", "'=cmd()"),
+        ("+1+cmd()", "'+1+cmd()"),
+        ("-1+cmd()", "'-1+cmd()"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("'quoted", "''quoted"),
+    ],
+)
+def test_texts_in_a_table_are_no_formulas_and_come_back(text: str, cell: str) -> None:
+    assert written_cell(text) == cell
+    assert read_cell(cell) == text
+
+
+def test_a_row_is_a_line_whatever_a_name_holds(tmp_path: Path) -> None:
+    table = TableFile(tmp_path / "one.csv", ["id", "error"])
+    table.add({"id": "=a\n\x1b[31m\t\udcff, b", "error": -0.5})
+    table.close()
+    assert (tmp_path / "one.csv").read_text() == (
+        'id,error\n"\'=a\\n\\x1b[31m\\t\\udcff, b",-0.500000\n'
+    )
+
+
+def test_results_of_an_earlier_command_are_removed_first(tmp_path: Path, source: Path) -> None:
+    out = tmp_path / "out"
+    first = OutputFolder(out, "segment", source)
+    for name in ("a", "b", "c"):
+        first.write_text(f"labels/{name}.txt", name)
+    first.write_json("old/summary.json", {})
+    for _ in range(3):
+        first.write_text("again.txt", "again")
+    OutputFolder(out, "explore", source, overwrite=True).write_text("model.npz", "a model")
+    (out / "mine.txt").write_text("mine")
+    (out / "labels/c.txt").write_text("corrected by hand")
+    second = OutputFolder(out, "segment", source, overwrite=True)
+    assert "labels/a.txt" in files(out), "a command that is refused removes nothing"
+    second.write_text("labels/b.txt", "new")
+    assert files(out) == {"labels/b.txt", "labels/c.txt", "mine.txt", "model.npz"}
+    assert not (out / "old").exists()
+    assert (out / "labels/b.txt").read_text() == "new"
+
+
+def test_learn_removes_what_explore_wrote_but_what_is_kept(tmp_path: Path, source: Path) -> None:
+    out = tmp_path / "out"
+    first = OutputFolder(out, "explore", source)
+    for name in ("model.npz", "steps.csv"):
+        first.file(name).write_text("of explore")
+    second = OutputFolder(out, "learn", source, overwrite=True)
+    second.keep("model.npz")
+    second.write_text("config.toml", "")
+    assert files(out) == {"model.npz", "config.toml"}
+    OutputFolder(out, "demo", source, overwrite=True).write_text("report.html", "")
+    assert files(out) == {"report.html"}
+
+
+def test_list_of_files_names_nothing_outside_its_folder(tmp_path: Path, source: Path) -> None:
+    out, outside = tmp_path / "out", tmp_path / "precious.txt"
+    outside.write_text("precious")
+    OutputFolder(out, "map", source).write_text("one.txt", "one")
+    (list_of_files,) = out.glob(".curiosight-*.list")
+    with list_of_files.open("a") as file:
+        for name in ("../precious.txt", str(outside), ".", "", 7, None):
+            file.write(json.dumps([name, None]) + "\n")
+        file.write('["cut short')
+    OutputFolder(out, "map", source, overwrite=True).write_text("two.txt", "two")
+    assert outside.read_text() == "precious"
+    assert files(out) == {"two.txt"}
+
+
+def test_folder_is_one_commands_alone_until_it_ends(tmp_path: Path, source: Path) -> None:
+    out = tmp_path / "out"
+    one, other = (OutputFolder(out, "learn", source) for _ in range(2))
+    with letting_go():
+        one.write_text("config.toml", "one")
+        with pytest.raises(DataError, match="is being written by another command, process"):
+            other.write_text("config.toml", "other")
+    assert not (out / LOCK).exists()
+    with letting_go(), pytest.raises(DataError, match="exists and is not empty"):
+        other.write_text("config.toml", "other")
+    assert (out / "config.toml").read_text() == "one"
+
+
+def test_lock_that_a_kill_left_stands_in_nobodys_way(tmp_path: Path, source: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / LOCK).write_text("process 1 on nowhere")
+    with letting_go():
+        OutputFolder(tmp_path / "out", "learn", source).write_text("config.toml", "")
+    assert not (tmp_path / "out" / LOCK).exists()

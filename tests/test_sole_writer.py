@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from curiosight.errors import DataError
-from curiosight.experiments.contest import sole_writer as module
-from curiosight.experiments.contest.sole_writer import LOCK, sole_writer
+from curiosight.experiments import sole_writer as module
+from curiosight.experiments.sole_writer import LOCK, sole_writer
 
 HOLDER = """
 import sys
 from pathlib import Path
-from curiosight.experiments.contest.sole_writer import sole_writer
+from curiosight.experiments.sole_writer import sole_writer
 with sole_writer(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
@@ -28,7 +28,7 @@ def test_second_writer_is_told_who_the_first_is(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     with sole_writer(folder):
         with (
-            pytest.raises(DataError, match=f"by another compare, process {os.getpid()} on "),
+            pytest.raises(DataError, match=f"by another command, process {os.getpid()} on "),
             sole_writer(folder),
         ):
             raise AssertionError("both write")

@@ -253,3 +253,13 @@ class TestFigures:
             learning_curve(ROWS, tmp_path / "b.png")
             assert matplotlib.rcParams["font.size"] == 20
         assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_names_of_any_characters_are_drawn_without_a_word(tmp_path, recwarn):
+    figure = new_figure(2, 2)
+    axes = figure.subplots()
+    title = axes.set_title("a\x1b[31m\x07 \u202e\nsecond line")
+    axes.set_xlabel("日本語")
+    save_figure(figure, tmp_path / "one.png")
+    assert title.get_text() == "a\\x1b[31m\\x07 \\u202e\nsecond line"
+    assert len(recwarn) == 0

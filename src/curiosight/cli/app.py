@@ -14,9 +14,10 @@ from typer.exceptions import Exit, TyperException
 
 from curiosight import __version__
 from curiosight.cli.commands import Commands
-from curiosight.cli.interrupt import name_interruption
+from curiosight.cli.interrupt import name_interruption, unwinding
 from curiosight.cli.streams import Output, settle_streams
 from curiosight.errors import DataError, printable
+from curiosight.experiments.sole_writer import letting_go
 
 app = typer.Typer(
     cls=Commands,
@@ -70,7 +71,8 @@ def run(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
         # A command returns nothing; typer turns its `Exit`, and Ctrl-C, into a number.
-        status = app(arguments, prog_name="curiosight", standalone_mode=False) or 0
+        with unwinding(), letting_go():
+            status = app(arguments, prog_name="curiosight", standalone_mode=False) or 0
     except TyperException as mistake:
         text = mistake.format_message()  # empty where no arguments had the help shown
         return _refuse(f"{text} (see `curiosight --help`)") if text else 2
@@ -79,7 +81,7 @@ def run(arguments: list[str] | None = None) -> int:
     except OSError as error:
         place = printable(str(error.filename or "the system"))
         return _refuse(f"{place}: {error.strerror}; check path and rights")
-    except SystemExit as stop:  # a second signal
+    except SystemExit as stop:  # a signal
         status = int(stop.code or 0)
     if (interruption := name_interruption(status)) is not None:
         print(f"curiosight: {interruption}", file=sys.stderr)

@@ -23,11 +23,11 @@ from curiosight.experiments.comparing import split_names
 from curiosight.experiments.contest.backends import Workers, make_workers
 from curiosight.experiments.contest.contest import SETTINGS, Contest, check_settings
 from curiosight.experiments.contest.settings import ContestSettings, absolute_regions
-from curiosight.experiments.contest.sole_writer import LOCK
 from curiosight.experiments.contest.table import make_table
 from curiosight.experiments.contest.tasks import RunTask
 from curiosight.experiments.contest.whole import PARTIAL
 from curiosight.experiments.output import OutputFolder, write_json_file
+from curiosight.experiments.sole_writer import LOCK
 from curiosight.viewing.contest.tables import cost, ranked, reached
 
 STRATEGIES = "random,sweep,iac,progress-rate"
@@ -255,7 +255,7 @@ def _open(given: _Given, out: Path | None, *, is_resumed: bool) -> Contest:
     settings = given.settings()
     is_begun = is_resumed and out is not None and _is_barely_begun(out)
     folders = [
-        OutputFolder(out, "compare", Path(s), option="--resume", overwrite=is_begun)
+        OutputFolder(out, "compare", Path(s), option="--resume", overwrite=is_begun, is_held=False)
         for s in settings.sources
     ]
     check_settings(settings)

@@ -78,6 +78,7 @@ def export(
     writer = RlIacWriter(dataset, folder.path, indices=indices, regions=of_view, graph=graph)
     problems = Problems()
     talk.introduce(source, dataset)
+    folder.hold()
     with CtrlC() as ctrl_c, talk.following("export", len(writer)) as shown:
         for frame in ctrl_c.until_pressed(writer):
             problems.add(frame)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import stat
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import Any, Self, TypeVar
 
@@ -20,7 +21,6 @@ STOPPING = [
 ]
 # A terminal that closes is told of by the kernel and by the shell: one wish, not two.
 SAME_HANG_UP_S = 0.5
-_USUAL = (signal.default_int_handler, signal.SIG_DFL)
 
 
 class CtrlC:
@@ -76,6 +76,31 @@ class CtrlC:
             raise KeyboardInterrupt
         elif number == signal.SIGTERM or time.monotonic() - self._at > SAME_HANG_UP_S:
             raise SystemExit(128 + number)
+
+
+def _unwind(number: int, frame: FrameType | None) -> None:
+    _leave_lost_terminal()
+    raise SystemExit(128 + number)
+
+
+_USUAL = (signal.default_int_handler, signal.SIG_DFL, _unwind)
+
+
+@contextmanager
+def unwinding() -> Iterator[None]:
+    """Have SIGTERM and SIGHUP end what runs as Ctrl-C does: locks and workers are let go of.
+
+    So it is wherever no `CtrlC` waits. A signal that is ignored or handled already stays so.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    usual = [n for n in STOPPING[1:] if is_main and signal.getsignal(n) is signal.SIG_DFL]
+    for number in usual:
+        signal.signal(number, _unwind)
+    try:
+        yield
+    finally:
+        for number in usual:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def name_interruption(status: int) -> str | None:

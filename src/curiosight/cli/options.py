@@ -119,7 +119,8 @@ Overwrite = Annotated[
     typer.Option(
         "--overwrite",
         metavar="",
-        help="Write into a folder that is not empty; same names are replaced.",
+        help="Write into a folder that is not empty: results of the same kind are removed first, "
+        "all else stays unless it has the same name.",
         rich_help_panel=OUTPUT,
     ),
 ]

@@ -6,14 +6,18 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from curiosight.datasets.reading import AS_RECORDED, Reading
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.iac import Direction
 from curiosight.explorer.progress import Negative, Undefined
 from curiosight.explorer.regions import OrientationSplit, PositionSplit
 from curiosight.explorer.strategies import Over, check_name
 from curiosight.learner.features import ColourSpace, RowsPer, SuperpixelKind
+from curiosight.learner.forest import MAX_THREADS
 from curiosight.teacher import PaperSettings, SegmentationSettings
 
 Preset = Literal["default", "paper"]
+# Frames or steps: more are not meant. A seed is what a file of settings can hold.
+MOST, MAX_SEED = 10**9, 2**63 - 1
 PRESETS: tuple[Preset, ...] = get_args(Preset)
 
 
@@ -38,7 +42,7 @@ class TeacherConfig:
     temporal: bool = False
 
     def __post_init__(self) -> None:
-        _check_least("n_survey_frames", self.n_survey_frames, 1)
+        check_whole("n_survey_frames", self.n_survey_frames, 1, 10_000)
         if self.temporal and self.pipeline == "paper":
             raise ValueError("temporal: expected false with the pipeline 'paper', got true")
 
@@ -133,7 +137,7 @@ class ExplorerConfig:
     random_n_stay: int = 1
 
     def __post_init__(self) -> None:
-        _check_least("n_steps", self.n_steps, 1)
+        check_whole("n_steps", self.n_steps, 1, MOST)
         check_name(self.strategy)
 
 
@@ -149,8 +153,9 @@ class TestConfig:
     max_frames: int = 200
 
     def __post_init__(self) -> None:
-        _check_least("every", self.every, 0)
-        _check_least("gap", self.gap, 0)
+        check_whole("every", self.every, 0, MOST)
+        check_whole("gap", self.gap, 0, MOST)
+        check_whole("max_frames", self.max_frames, 1, MOST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +167,9 @@ class RunConfig:
     memory_mb: int = 64
 
     def __post_init__(self) -> None:
-        _check_least("seed", self.seed, 0)
-        _check_least("n_threads", self.n_threads, 1)
-        _check_least("memory_mb", self.memory_mb, 1)
+        check_whole("seed", self.seed, 0, MAX_SEED)
+        check_whole("n_threads", self.n_threads, 1, MAX_THREADS)
+        check_whole("memory_mb", self.memory_mb, 1, 10_000_000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,8 +234,3 @@ class Config:
         """How far along z depth teaches, in metres."""
         is_paper = self.teacher.pipeline == "paper"
         return self.paper_segmentation.max_range if is_paper else self.segmentation.max_range
-
-
-def _check_least(name: str, value: int, least: int) -> None:
-    if value < least:
-        raise ValueError(f"{name}: expected {least} or more, got {value}")

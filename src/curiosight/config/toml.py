@@ -12,6 +12,11 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from curiosight.config.settings import Config
 from curiosight.errors import DataError
+from curiosight.errors.arguments import shown
+from curiosight.errors.inputs import read_text
+
+MAX_BYTES = 2**20
+MOST_64_BITS = 2**63 - 1
 
 
 def to_toml(config: Config) -> str:
@@ -26,10 +31,12 @@ def to_toml(config: Config) -> str:
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the table of a TOML file; `DataError` where it is none."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(read_text(path, max_bytes=MAX_BYTES))
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check the path") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except RecursionError:
+        raise DataError(path, "is nested too deeply", "write sections and values") from None
+    except ValueError as error:
         raise DataError(path, f"is no TOML ({error})", "mend that line") from error
 
 
@@ -45,7 +52,7 @@ def updated(section: Any, table: Mapping[str, Any], path: Path, prefix: str) -> 
         present = getattr(section, key)
         if is_dataclass(present):
             if not isinstance(value, Mapping):
-                raise DataError(path, f"`{name}` is {value!r}", f"write a section [{name}]")
+                raise DataError(path, f"`{name}` is {shown(value)}", f"write a section [{name}]")
             changes[key] = updated(present, value, path, name + ".")
         else:
             changes[key] = checked(value, types[key], path, name)
@@ -60,13 +67,15 @@ def checked(value: Any, kind: Any, path: Path, name: str) -> Any:
     if get_origin(kind) is Literal:
         if value not in get_args(kind):
             expected = ", ".join(repr(choice) for choice in get_args(kind))
-            raise DataError(path, f"`{name}` is {value!r}", f"use one of {expected}")
+            raise DataError(path, f"`{name}` is {shown(value)}", f"use one of {expected}")
         return value
+    if type(value) is int and abs(value) > MOST_64_BITS:
+        raise DataError(path, f"`{name}` is {shown(value)}", "expected a number of 64 bits")
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     # A bool is an int to Python; here it is none.
     if not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
-        raise DataError(path, f"`{name}` is {value!r}", f"expected {kind.__name__}")
+        raise DataError(path, f"`{name}` is {shown(value)}", f"expected {kind.__name__}")
     return value
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_bytes
 
 Box = tuple[float, float, float, float]
 
@@ -21,10 +22,8 @@ def read_coco(path: Path, min_score: float) -> dict[str, list[Box]]:
     Images without a box have an empty list. The name is the file's, or, in a list of results,
     `image_id`. min_score: of a box that counts, where boxes have a score. Raises `DataError`.
     """
-    if path.exists() and not path.is_file():
-        raise DataError(path, "is not a file", "name a COCO file")
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(read_bytes(path))
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "name a COCO file") from error
     except (ValueError, RecursionError) as error:

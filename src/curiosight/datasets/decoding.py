@@ -11,6 +11,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets import headers
+from curiosight.datasets.complaints import listen
+from curiosight.datasets.headers import JPEG_START, is_too_large
 from curiosight.datasets.palette import FAULTS as PALETTE_FAULTS
 from curiosight.datasets.palette import (
     PNG_SIGNATURE,
@@ -19,9 +22,9 @@ from curiosight.datasets.palette import (
     may_have_palette,
     read_indices,
 )
+from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Rgb
 
-JPEG_START = b"\xff\xd8"
 JPEG_END = b"\xff\xd9"
 # Some cameras pad a JPEG after its end; inside the coded picture the end mark cannot occur.
 JPEG_TAIL_BYTES = 1024
@@ -104,7 +107,7 @@ def _decode(path: Path, flags: int) -> npt.NDArray[Any]:
 
 def _content(path: Path) -> bytes:
     try:
-        content = path.read_bytes()
+        content = read_bytes(path)
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
     except OSError as error:
@@ -116,22 +119,30 @@ def _content(path: Path) -> bytes:
 
 
 def _decoded(path: Path, content: bytes, flags: int) -> npt.NDArray[Any]:
-    try:
-        image: npt.NDArray[Any] | None = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
-    except cv2.error:
-        image = None
+    image, damage = listen(lambda: _decoded_by_opencv(content, flags))
     if image is None:
         raise UnreadableFile(f"{path.name} is not an image that can be decoded")
+    if damage:
+        raise UnreadableFile(f"{path.name} is damaged ({damage})")
     # IMREAD_UNCHANGED has all bits set, this one too.
     if content.startswith(TIFF_SIGNATURES) and flags & cv2.IMREAD_IGNORE_ORIENTATION:
         return as_stored(content, image)
     return image
 
 
+def _decoded_by_opencv(content: bytes, flags: int) -> npt.NDArray[Any] | None:
+    try:
+        return cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+    except cv2.error:
+        return None
+
+
 def _fault(content: bytes) -> str | None:
     """Find damage that OpenCV would pass over: it decodes half a picture without a word."""
     if not content:
         return "is empty"
+    if is_too_large(content):
+        return f"says that it has more than {headers.MAX_PIXELS // 1_000_000} million pixels"
     if content.startswith(PNG_SIGNATURE):
         return _png_fault(content)
     if content.startswith(JPEG_START) and JPEG_END not in content[-JPEG_TAIL_BYTES:]:

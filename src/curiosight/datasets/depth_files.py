@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.arrays import read_array
 from curiosight.datasets.decoding import UnreadableFile, decode_unchanged
 from curiosight.frame import Depth
 
@@ -124,20 +125,13 @@ def _one_channel(path: Path, raw: Raw) -> Raw:
 
 def _read_array(path: Path) -> Raw:
     try:
-        content = np.load(path, allow_pickle=False)
-        if isinstance(content, np.ndarray):
-            return content
-        with content:
-            return np.asarray(content[_depth_name(path, list(content.files))])
+        return read_array(path, lambda names: _depth_name(path, names))
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
     except OSError as error:
         reason = error.strerror or "it is cut short or damaged"
         raise UnreadableFile(f"{path.name} cannot be read ({reason})") from error
-    # What a damaged or foreign file makes of the reader is not foreseeable.
-    except Exception as error:
-        if isinstance(error, UnreadableFile):
-            raise
+    except ValueError as error:
         raise UnreadableFile(f"{path.name} is no array of numbers that NumPy reads") from error
 
 

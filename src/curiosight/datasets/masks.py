@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.datasets.arrays import read_array
 from curiosight.datasets.cameras.camera_file import GROUND_TRUTH_VALUES, LabelValues
 from curiosight.datasets.decoding import ColourCoded, UnreadableFile, is_lossy, read_grey
 from curiosight.errors import DataError
@@ -187,35 +187,19 @@ def _unsmeared(values: Values) -> Values:
 
 
 def _is_lossy(path: Path) -> bool:
-    with path.open("rb") as file:
+    with path.open("rb") as file:  # which was read before
         return is_lossy(file.read(16))
 
 
 def _read_array(path: Path) -> Values:
     try:
-        content = path.read_bytes()
-        _check_length(content)
-        array = np.load(io.BytesIO(content), allow_pickle=False)
+        array = read_array(path)
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
-    except (OSError, ValueError, EOFError, TypeError, SyntaxError, KeyError):
+    except (OSError, ValueError):
         raise UnreadableFile(f"{path.name} is not a NumPy array that can be read") from None
     if array.ndim != 2 or array.dtype not in (np.bool_, np.uint8, np.uint16):
         found = f"{array.shape} {array.dtype}"
         raise UnreadableFile(f"{path.name} is {found}, where a mask is (H, W) bool or uint8")
     values: Values = array.astype(np.uint8) * 255 if array.dtype == np.bool_ else array
     return values
-
-
-def _check_length(content: bytes) -> None:
-    """Raise `ValueError` where an array claims more than its file holds."""
-    file = io.BytesIO(content)
-    read_header = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }[np.lib.format.read_magic(file)]
-    shape, _, dtype = read_header(file)
-    if any(length < 0 for length in shape) or np.prod(shape, dtype=float) * dtype.itemsize > len(
-        content
-    ):
-        raise ValueError("shape: larger than the file")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from curiosight.datasets.dataset import Dataset, KnowsPlaces
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 
 PLACES = "places.txt"
 
@@ -23,7 +24,7 @@ def known_places(dataset: Dataset) -> tuple[int, ...] | None:
         return None
     place_of: dict[str, int] = {}
     try:
-        for line in path.read_text("utf-8").splitlines():
+        for line in read_text(path).splitlines():
             if line.strip() and not line.startswith("#"):
                 id, number = line.rsplit(maxsplit=1)
                 place_of[id] = int(number)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from curiosight.datasets.pose_text import MATRIX_SIZES, PoseRow, pose_of_matrix
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Pose
 
 MAX_BYTES = 100_000_000
@@ -28,9 +29,7 @@ def read_json_poses(path: Path) -> list[PoseRow] | None:
     turned to ours, and what Open3D calls `extrinsic` is inverted.
     """
     try:
-        if not path.is_file() or path.stat().st_size > MAX_BYTES:
-            return None
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(read_text(path, "utf-8-sig", MAX_BYTES))
     except (OSError, ValueError, RecursionError):
         return None
     rows = list(_rows(content, None))

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from curiosight.datasets.arrays import read_array
+from curiosight.errors.inputs import read_text
 from curiosight.frame import MAX_AWAY, Pose, is_rigid
 
 MAX_BYTES = 100_000_000
@@ -76,9 +78,8 @@ def read_pose_rows(path: Path) -> list[PoseRow] | None:
 
 def _array(path: Path) -> tuple[list[_Line], str]:
     try:
-        content = np.asarray(np.load(path, allow_pickle=False), np.float64)
-    # What a damaged or foreign file makes of the reader is not foreseeable.
-    except Exception:
+        content = np.asarray(read_array(path), np.float64)
+    except (OSError, ValueError, TypeError):
         return [], ""
     if not content.size or content.ndim not in (2, 3):
         return [], ""
@@ -90,9 +91,7 @@ def _array(path: Path) -> tuple[list[_Line], str]:
 def _text(path: Path) -> tuple[list[_Line], str]:
     """Return the lines that hold numbers, and what stands before them or in comments."""
     try:
-        if not path.is_file() or path.stat().st_size > MAX_BYTES:
-            return [], ""
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, "utf-8-sig", MAX_BYTES)
     except (OSError, UnicodeDecodeError):
         return [], ""
     lines: list[_Line] = []

@@ -21,6 +21,7 @@ from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, Raw, read_raw_depth
 from curiosight.datasets.entries import Entry, check_unique_ids
+from curiosight.datasets.headers import size_in_file
 from curiosight.datasets.masks import (
     MASK_ENDINGS,
     find_masks,
@@ -32,6 +33,7 @@ from curiosight.datasets.poses_of_entries import inverted, moved_out, turned, wi
 from curiosight.datasets.reading import Reading, axes_of
 from curiosight.datasets.sizes import (
     Size,
+    check_claimed_size,
     check_frame_size,
     first_depth,
     fit_camera,
@@ -239,6 +241,8 @@ class Recording:
 
         With `colour_size`, what a recording has of its own whose colour is no image files.
         """
+        if self.camera is not None:
+            check_claimed_size(entry.rgb, self.size)
         return self.read_rgb(entry.rgb)
 
     def with_bits_rotated_by(self, n_bits: int) -> Self:
@@ -274,15 +278,21 @@ class Recording:
         self, path: Path, read: Callable[..., npt.NDArray[Any]] = read_numbers
     ) -> npt.NDArray[Any]:
         """Read an annotated image, (H, W) as `read` does; `DataError` where it is no good."""
+        claimed = None if self.is_turned else size_in_file(path)
+        if claimed is not None:
+            self._check_truth_size(path, claimed)
         try:
             values = read(path, is_turned=self.is_turned)
         except UnreadableFile as fault:
             raise DataError(path, str(fault), "replace or delete it") from None
-        width, height = self.size
-        if values.shape != (height, width):
-            found = f"is {values.shape[1]}x{values.shape[0]}, not {width}x{height}"
-            raise DataError(path, found, f"make it {width}x{height} like the colour images")
+        self._check_truth_size(path, (values.shape[1], values.shape[0]))
         return values
+
+    def _check_truth_size(self, path: Path, size: Size) -> None:
+        if size != self.size:
+            width, height = self.size
+            found = f"is {size[0]}x{size[1]}, not {width}x{height}"
+            raise DataError(path, found, f"make it {width}x{height} like the colour images")
 
     def _colour_poses(self) -> tuple[Pose | None, ...]:
         """Return (4, 4) camera-to-world of the colour camera for each frame, None = unknown."""
@@ -319,6 +329,8 @@ class Recording:
         """Read a frame's depth as the colour camera sees it."""
         if entry.depth is None:
             raise UnreadableFile("there is no depth image")
+        if self.depth_size is not None:
+            check_claimed_size(entry.depth, self.depth_size)
         depth = self.read_depth(entry.depth)
         if self.depth_size is not None:
             check_frame_size(entry.depth, depth.shape, self.depth_size)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.decoding import UnreadableFile, read_rgb
 from curiosight.datasets.depth_files import EightBitDepth, Raw, read_raw_depth
+from curiosight.datasets.headers import size_in_file
 from curiosight.errors import DataError
 from curiosight.frame import Camera, Rgb
 
@@ -87,6 +88,16 @@ def first_depth(images: Iterable[Path], read: Callable[[Path], Raw] = read_raw_d
         remedy = "export 16-bit PNG: distances cannot be recovered from 8 bits"
         raise DataError(eight_bit, "is depth of 8 bits a pixel, like all of it here", remedy)
     return None
+
+
+def check_claimed_size(path: Path, size: Size) -> None:
+    """Do as `check_frame_size` by a file's header, before the file is decoded.
+
+    Of what has no header that tells, nothing is said.
+    """
+    claimed = size_in_file(path)
+    if claimed is not None:
+        check_frame_size(path, (claimed[1], claimed[0]), size)
 
 
 def check_frame_size(path: Path, shape: Sequence[int], size: Size) -> None:

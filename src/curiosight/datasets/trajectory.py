@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.pose_text import MAX_HEADER_LINES, w_is_first
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_bytes, read_text
 from curiosight.frame import MAX_AWAY, Pose, is_rigid
 
 MAX_GAP_NS = 500_000_000
@@ -87,7 +88,7 @@ class Trajectory:
 def read_pose(path: Path) -> Pose:
     """Read a 4x4 matrix; raise `UnreadableFile` where it is no rigid pose."""
     try:
-        numbers = [float(word) for word in path.read_text(encoding="utf-8-sig").split()]
+        numbers = [float(word) for word in read_text(path, "utf-8-sig").split()]
     except FileNotFoundError:
         raise UnreadableFile(f"{path.name} is missing") from None
     except (OSError, ValueError):
@@ -143,7 +144,7 @@ def _leading(digits: str, count: int) -> int:
 def text_lines(path: Path) -> list[str]:
     """Read the lines of a text file, as any system ends and encodes them; `DataError`."""
     try:
-        content = path.read_bytes()
+        content = read_bytes(path)
         is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         text = content.decode("utf-16" if is_wide else "utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

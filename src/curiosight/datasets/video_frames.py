@@ -11,11 +11,13 @@ import cv2
 
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
+from curiosight.errors.inputs import check_file
 from curiosight.frame import Rgb
 
 # So many frames ahead are sooner decoded and passed over than sought.
 MAX_STEPS = 30
 RAW_PACKETS = -1
+MIN_FRAME_BYTES = 4
 
 
 class VideoFrames:
@@ -38,7 +40,9 @@ class VideoFrames:
         self._n_readable: int | None = None  # known once decoding broke off
         self._place_of: dict[float, int] | None = None
         self._is_listed = False
-        self.n_announced = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
+        announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        # A header may say anything; no frame is smaller than what names it in the file.
+        self.n_announced = min(max(0, announced), path.stat().st_size // MIN_FRAME_BYTES)
         self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         try:
             self.shape: tuple[int, ...] = self.read(0).shape
@@ -142,6 +146,11 @@ def _list_times(path: Path) -> dict[float, int] | None:
 
 
 def _open_capture(path: Path, is_turned: bool) -> Any:
+    try:
+        check_file(path, max_bytes=None)
+    except OSError as error:
+        found = f"cannot be read ({error.strerror})"
+        raise DataError(path, found, "check the path") from None
     # FFmpeg would print its complaints of a damaged file; -8 is its word for silence.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     capture = cv2.VideoCapture(str(path))

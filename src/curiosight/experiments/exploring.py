@@ -205,6 +205,7 @@ class Exploration:
         model = self.out.path / MODEL
         if self._continued is not None and self._continued.resolve() == model.resolve():
             names.remove(MODEL)
+            self.out.keep(MODEL)
         self.out.remove(sorted(names))
 
     def _choose_tests(self, test_source: Dataset | None) -> Sequence[int]:

@@ -17,19 +17,28 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.errors import DataError
+from curiosight.errors import DataError, printable
+from curiosight.experiments.sole_writer import LOCK, hold
+from curiosight.experiments.written import Written
 from curiosight.files import replace_file, writing
+
+# What spreadsheets begin a formula with, and what we mark one with.
+FORMULA = ("=", "+", "-", "@", "'")
 
 
 class OutputFolder:
     """A folder to write results to.
 
-    It is made with its first file: a command that is refused leaves nothing behind.
+    It is made with its first file: a command that is refused leaves nothing behind. From then on
+    it is this command's alone, until the command ends (`hold`).
 
     path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
-        is refused unless `overwrite`; then files of the same names are replaced.
+        is refused unless `overwrite`; then what an earlier such command wrote there is removed
+        before the first file is written, and files of the same names are replaced.
     source: the recording that is read; nothing is written into it but a new `runs` folder. None =
         none is.
+    is_held: keep others from writing it, and remove what an earlier one wrote; without, who asks
+        sees to that.
     option: that lets a command write into a folder that is not empty.
     """
 
@@ -40,26 +49,32 @@ class OutputFolder:
         source: Path | None,
         *,
         overwrite: bool = False,
+        is_held: bool = True,
         option: str = "--overwrite",
     ) -> None:
         self._option = option
         self._may_exist = path is not None
         self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
+        self._overwrite = overwrite
+        self._is_held = is_held
         self._is_made = False
+        self._command = command
+        self._kept = set[str]()
+        self._written: Written | None = None
         with writing(self.path):
             if path and source and path.resolve().is_relative_to(source.resolve()):
                 found = "lies inside the recording, which stays as it is"
                 raise DataError(path, found, "choose an --out elsewhere")
             if self.path.exists():
-                self._check_existing(overwrite)
+                self._check_existing()
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file, completely or not at all."""
-        replace_file(self.file(name), text.encode())
+        self._write(name, text.encode())
 
     def write_json(self, name: str, content: Any) -> None:
         """Write JSON-able content, with NaN refused."""
-        write_json_file(self.file(name), content)
+        self._write(name, json_bytes(content))
 
     def write_image(self, name: str, image: npt.NDArray[Any]) -> None:
         """Write a grey (H, W) uint8 or uint16 or an RGB image; the name's ending says how."""
@@ -68,7 +83,20 @@ class OutputFolder:
         is_encoded, encoded = cv2.imencode(Path(name).suffix, np.ascontiguousarray(image))
         if not is_encoded:
             raise ValueError(f"name: expected an image's ending, got {name!r}")
-        replace_file(self.file(name), encoded.tobytes())
+        self._write(name, encoded.tobytes())
+
+    def _write(self, name: str, content: bytes) -> None:
+        replace_file(self.file(name, content), content)
+
+    def hold(self) -> None:
+        """Make the folder now, for what is written there by its path."""
+        with writing(self.path):
+            if not self._is_made:
+                self._make()
+
+    def keep(self, name: str) -> None:
+        """Let a file of an earlier command stay until it is written anew."""
+        self._kept.add(name)
 
     def remove(self, names: Iterable[str]) -> None:
         """Remove files of an earlier run that this one will write later, or not at all.
@@ -80,14 +108,19 @@ class OutputFolder:
             with writing(path):
                 path.unlink(missing_ok=True)
 
-    def file(self, name: str) -> Path:
-        """Return the path of a file inside, its folder made."""
-        path = self.path / name
+    def file(self, name: str, content: bytes | None = None) -> Path:
+        """Return the path of a file to be written, its folder made.
+
+        content: what it will hold, where that is known; so a later command can tell whether
+        somebody changed it.
+        """
         with writing(self.path):
             if not self._is_made:
                 self._make()
-                path = self.path / name
+            path = self.path / name
             path.parent.mkdir(parents=True, exist_ok=True)
+        if self._written is not None:
+            self._written.note(name, content)
         return path
 
     def _make(self) -> None:
@@ -101,21 +134,31 @@ class OutputFolder:
                 if self._may_exist:
                     raise
                 self.path = self.path.with_name(f"{stem}-{number}")
+        if self._is_held:
+            hold(self.path)
+            self._check_existing()  # whoever held it until now may have written
+            self._written = Written(self.path, self._command)
+            self._written.remove_all(self._kept)
         self._is_made = True
 
-    def _check_existing(self, overwrite: bool) -> None:
+    def _check_existing(self) -> None:
         if not self.path.is_dir():
             raise DataError(self.path, "is a file", "choose a folder for --out")
-        if not any(self.path.iterdir()):
+        if all(path.name == LOCK for path in self.path.iterdir()):
             return
-        if not overwrite:
+        if not self._overwrite:
             remedy = f"choose another --out, or add {self._option}"
             raise DataError(self.path, "exists and is not empty", remedy)
 
 
 def write_json_file(path: Path, content: Any) -> None:
     """Write JSON-able content, completely or not at all, with NaN refused."""
-    replace_file(path, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
+    replace_file(path, json_bytes(content))
+
+
+def json_bytes(content: Any) -> bytes:
+    """Return JSON-able content as a file holds it; ValueError where there is NaN."""
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
 class TableFile:
@@ -154,4 +197,28 @@ class TableFile:
 def _cell(value: Any) -> Any:
     if value is None:
         return ""
+    if isinstance(value, str):
+        return written_cell(value)
     return f"{value:.6f}" if isinstance(value, float) else value
+
+
+def written_cell(text: str) -> str:
+    """Return a text as it stands in a table: on one line, and no formula to a spreadsheet.
+
+    An apostrophe before it tells spreadsheets that it is text; `read_cell` takes it away.
+    """
+    shown = printable(text)
+    return f"'{shown}" if shown.startswith(FORMULA) and not _is_number(shown) else shown
+
+
+def read_cell(cell: str) -> str:
+    """Return the text of a cell that `written_cell` made."""
+    return cell[1:] if cell.startswith("'") else cell
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

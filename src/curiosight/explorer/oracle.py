@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import LOOK_SECONDS, Ground, Ways
 from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.strategy import MAX_STAY
 from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 
@@ -33,8 +35,7 @@ class Oracle:
         ways: Ways | None = None,
         n_stay: int = 10,
     ) -> None:
-        if n_stay < 1:
-            raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
+        check_whole("n_stay", n_stay, 1, MAX_STAY)
         self._tally = Tally(Ground(views, ways))
         # Where it starts is drawn, as for those that it is compared with.
         self._first = int(rng.integers(len(self._tally.ground)))

@@ -8,10 +8,15 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_whole
+
 Negative = Literal["clip", "abs", "shift"]
 Undefined = Literal["skip", "repeat"]
 Floats = npt.NDArray[np.float64]
 
+# Looks, far over what helps.
+MAX_ERRORS = 100_000
+MAX_EXPONENT = 100
 _NEGLIGIBLE = 1e-12  # a flat line's slope is not exactly 0 in floating point
 
 
@@ -53,8 +58,8 @@ def choice_probabilities(
         raise ValueError("progress: expected at least one region, got none")
     if not 0 <= random_share <= 1:
         raise ValueError(f"random_share: expected 0 to 1, got {random_share}")
-    if not exponent >= 0:
-        raise ValueError(f"exponent: expected 0 or more, got {exponent}")
+    if not 0 <= exponent <= MAX_EXPONENT:
+        raise ValueError(f"exponent: expected 0 to {MAX_EXPONENT}, got {exponent}")
     uniform = np.full(n_regions, 1 / n_regions)
     interest = _interest(progress, negative)
     if not interest.max() > _NEGLIGIBLE:
@@ -87,8 +92,7 @@ class ProgressMeter:
             ("smoothing", smoothing, 1),
             ("min_errors", min_errors, 2),
         ):
-            if value < lowest:
-                raise ValueError(f"{name}: expected {lowest} or more, got {value}")
+            check_whole(name, value, lowest, MAX_ERRORS)
         if undefined not in ("skip", "repeat"):
             raise ValueError(f"undefined: expected skip or repeat, got {undefined!r}")
         self._theta = theta

@@ -8,11 +8,13 @@ from math import ceil
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import LOOK_SECONDS, Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.outlook import Outlook
 from curiosight.explorer.paths import Alikeness, plan_path
+from curiosight.explorer.strategy import MAX_STAY
 from curiosight.explorer.tally import Tally
 from curiosight.explorer.worth import Learnability, Worth
 from curiosight.frame import Viewpoint
@@ -64,8 +66,7 @@ class ProgressRate:
         n_stay: int = 15,
         worth: Worth | None = None,
     ) -> None:
-        if n_stay < 1:
-            raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
+        check_whole("n_stay", n_stay, 1, MAX_STAY)
         self._ground = ground = Ground(views, ways)
         self._tally = Tally(ground)
         self._outlook = Outlook([view.T_world_camera for view in ground.views])

@@ -18,6 +18,7 @@ from curiosight.datasets.layouts.rl_iac_tables import (
 )
 from curiosight.datasets.listing import IMAGE_ENDINGS, frame_id
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.explorer.division import Regions, numbered
 from curiosight.explorer.navigation import shortest_seconds
 
@@ -33,7 +34,7 @@ def file_regions(path: Path | str, ids: Sequence[str]) -> Regions:
     two regions. For the authors' see `map_regions`.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, "utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         remedy = "write lines `id,region` in UTF-8"
         raise DataError(path, f"cannot be read as text ({error})", remedy) from error

@@ -10,12 +10,13 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.motivations import Motivation, Progress
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.progress import Negative, ProgressMeter, choice_probabilities
-from curiosight.explorer.strategy import N_AHEAD, by_region, draw_stay
+from curiosight.explorer.strategy import MAX_STAY, N_AHEAD, by_region, draw_stay
 from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 
@@ -96,10 +97,8 @@ class Stays:
         inside: Inside = "random",
         progress: Motivation | None = None,
     ) -> None:
-        if n_stay < 1 or n_warm_up < 0:
-            raise ValueError(
-                f"n_stay, n_warm_up: expected 1 and 0 or more, got {n_stay}, {n_warm_up}"
-            )
+        check_whole("n_stay", n_stay, 1, MAX_STAY)
+        check_whole("n_warm_up", n_warm_up, 0, MAX_STAY)
         self._pools = by_region(views)
         self._tally = Tally(Ground(views, ways))
         self._rng = rng

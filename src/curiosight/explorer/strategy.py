@@ -10,6 +10,8 @@ import numpy as np
 from curiosight.explorer.outcome import Outcome
 from curiosight.frame import Viewpoint
 
+# Looks in one stay, far over what helps.
+MAX_STAY = 10_000
 N_AHEAD = 4  # views decided in advance, so that their frames can be decoded meanwhile
 
 

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.strategy import MAX_STAY
 from curiosight.explorer.tally import Tally
 from curiosight.frame import Viewpoint
 
@@ -30,8 +32,8 @@ class Sweep:
         ways: Ways | None = None,
         n_stay: int | None = 10,
     ) -> None:
-        if n_stay is not None and n_stay < 1:
-            raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
+        if n_stay is not None:
+            check_whole("n_stay", n_stay, 1, MAX_STAY)
         self._ground = Ground(views, ways)
         self._tally = Tally(self._ground)
         self._n_stay = n_stay

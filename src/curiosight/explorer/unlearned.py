@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.outcome import Outcome
-from curiosight.explorer.strategy import N_AHEAD, at_least_one, by_region, draw_stay
+from curiosight.explorer.strategy import MAX_STAY, N_AHEAD, at_least_one, by_region, draw_stay
 from curiosight.frame import Viewpoint
 
 Over = Literal["views", "regions"]
@@ -57,8 +58,7 @@ class Random:
     ) -> None:
         if over not in ("views", "regions"):
             raise ValueError(f"over: expected views or regions, got {over!r}")
-        if n_stay < 1:
-            raise ValueError(f"n_stay: expected 1 or more, got {n_stay}")
+        check_whole("n_stay", n_stay, 1, MAX_STAY)
         self._rng = rng
         self._n_stay = n_stay
         if over == "views" and n_stay == 1:

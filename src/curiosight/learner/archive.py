@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.inputs import check_file
 from curiosight.files import replace_file
 
 Arrays = dict[str, npt.NDArray[np.generic]]
@@ -31,7 +32,9 @@ MODEL = "model.npz"  # of a run's folder
 FORMAT = "curiosight"
 VERSION = 1
 HEADER_NAME = "header.json"
-MAX_BYTES = 2**31
+# What deflated arrays may unpack to. More is written as it is, and then is as large as its file.
+MAX_BYTES = 2**28
+MAX_FILE_BYTES = 2**33
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 # What zipfile, zlib, json and numpy raise on bytes that are not what they claim to be.
 DAMAGE = (
@@ -72,7 +75,8 @@ def write_archive(
 ) -> None:
     """Write `arrays` and a JSON-able `header` to `path`, completely or not at all.
 
-    is_packed: deflate them; without, the file is larger and written some ten times sooner.
+    is_packed: deflate them, where they are no more than `MAX_BYTES`; without, the file is larger
+        and written some ten times sooner.
     Raises DataError where the file cannot be written, ValueError on arrays of objects.
     """
     path = Path(path)
@@ -82,7 +86,9 @@ def write_archive(
     envelope = {"format": FORMAT, "version": VERSION, "kind": kind, "header": header}
     checksum = _checksum(envelope, members)
     text = json.dumps(envelope | {"checksum": checksum}, indent=1, sort_keys=True)
-    contents = _zip({HEADER_NAME: text.encode()} | members, is_packed=is_packed)
+    members = {HEADER_NAME: text.encode()} | members
+    is_packed = is_packed and sum(map(len, members.values())) <= MAX_BYTES
+    contents = _zip(members, is_packed=is_packed)
     replace_file(path, contents, is_synced=True)
 
 
@@ -172,10 +178,12 @@ def _zip(members: Mapping[str, bytes], *, is_packed: bool) -> bytes:
 
 
 def _unzip(path: Path) -> dict[str, bytes]:
-    """Return the members of a zip, which may unpack to `MAX_BYTES` at most."""
+    """Return the members of a zip, which may unpack to `MAX_BYTES`, or to what the file is."""
+    check_file(path, MAX_FILE_BYTES)
+    most = max(MAX_BYTES, path.stat().st_size)
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
-        if sum(info.file_size for info in members) > MAX_BYTES:
+        if sum(info.file_size for info in members) > most:
             raise zipfile.BadZipFile("unpacks to too many bytes")
         # No `.npz` is packed in another way, and each way has errors of its own.
         if any(info.compress_type not in COMPRESSIONS for info in members):

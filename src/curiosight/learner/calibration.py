@@ -98,7 +98,10 @@ class Calibration:
         counts, n_frames = arrays["calibration"], arrays["calibration_frames"]
         if counts.shape != (2, N_BINS) or n_frames.shape or counts.dtype != n_frames.dtype:
             raise ValueError(f"calibration: expected (2, {N_BINS}), got {counts.shape}")
-        self.counts, self.n_frames = counts.astype(float), float(n_frames)
+        known, n_known = counts.astype(float), float(n_frames)
+        if not ((known >= 0) & (known < np.inf)).all() or not 0 <= n_known < np.inf:
+            raise ValueError("calibration: expected counts, got numbers that are none")
+        self.counts, self.n_frames = known, n_known
 
 
 def _rising(salient: Array, total: Array) -> Array:

@@ -307,14 +307,23 @@ class Experts:
         n_places = int(known.max(initial=0)) + 1
         self._place_of_spot = known
         self._share_out(n_places)
-        self.common.restore(arrays)
+        self._take_over(self.common, arrays)
         of_place = []
         for place in range(n_places if n_places > 1 else 0):
             prefix = f"place{place}_"
             own = {n.removeprefix(prefix): a for n, a in arrays.items() if n.startswith(prefix)}
             of_place.append(self._new_forest(n_places))
-            of_place[-1].restore(own)
+            self._take_over(of_place[-1], own)
         self.of_place = tuple(of_place)
+
+    def _take_over(self, forest: Forest, arrays: Arrays) -> None:
+        """Restore a forest whose samples are of spots that there are."""
+        forest.restore(arrays)
+        if forest.n_samples > forest.max_samples:
+            raise ValueError(f"rows: expected {forest.max_samples} at most, got {forest.n_samples}")
+        groups, n_spots = forest.groups, len(self._place_of_spot)
+        if self.places is not None and not ((groups >= 0) & (groups < max(1, n_spots))).all():
+            raise ValueError(f"groups: expected numbers of {n_spots} spots")
 
 
 def _evict(forest: Forest) -> None:

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_share, check_whole
 from curiosight.learner.forest_buffer import DistinctRows, Samples
 from curiosight.learner.forest_draws import ALL_KEYS, take_points
 from curiosight.learner.forest_growth import grow_tree
@@ -21,6 +22,8 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 Result = TypeVar("Result")
 
 # By how many of its lowest bits a value may lose.
+# Far over what helps: beyond them a setting is a slip of the pen, and would never end.
+MAX_TREES, MAX_DEPTH, MAX_SAMPLES, MAX_THREADS = 1000, 1000, 10**8, 1024
 LEVELS = tuple(N_BINS >> shift for shift in range(8))
 
 
@@ -80,20 +83,20 @@ class Forest:
         n_threads: int = 1,
     ) -> None:
         n_split_features = n_features if n_split_features is None else n_split_features
-        _check_range("n_features", n_features, 1, FEATURE_BITS)
-        _check_range("n_trees", n_trees, 1)
-        _check_range("n_regrown", n_regrown, 1, n_trees)
-        _check_range("max_samples", max_samples, 1)
-        _check_range("max_depth", max_depth, 0)
-        _check_range("min_split", min_split, 2)
-        _check_range("n_split_features", n_split_features, 1, n_features)
-        if not 0 <= leaf_share < 1:
-            raise ValueError(f"leaf_share: expected a number in [0, 1), got {leaf_share}")
+        check_whole("n_features", n_features, 1, FEATURE_BITS)
+        check_whole("n_trees", n_trees, 1, MAX_TREES)
+        check_whole("n_regrown", n_regrown, 1, n_trees)
+        check_whole("max_samples", max_samples, 1, MAX_SAMPLES)
+        check_whole("max_depth", max_depth, 0, MAX_DEPTH)
+        check_whole("min_split", min_split, 2, MAX_SAMPLES)
+        check_whole("n_split_features", n_split_features, 1, n_features)
+        check_share("leaf_share", leaf_share)
+        check_whole("n_levels", n_levels, 2, N_BINS)
         if n_levels not in LEVELS:
             raise ValueError(f"n_levels: expected one of {LEVELS}, got {n_levels}")
-        _check_range("max_rows", 1 if max_rows is None else max_rows, 1)
-        _check_range("n_threads", n_threads, 1)
-        if not 0 < share <= 1:
+        check_whole("max_rows", 1 if max_rows is None else max_rows, 1, MAX_SAMPLES)
+        check_whole("n_threads", n_threads, 1, MAX_THREADS)
+        if isinstance(share, bool) or not 0 < share <= 1:
             raise ValueError(f"share: expected a number in (0, 1], got {share}")
         if vote not in ("hard", "soft"):
             raise ValueError(f"vote: expected 'hard' or 'soft', got {vote!r}")
@@ -191,7 +194,7 @@ class Forest:
         if trees is None:
             return self._regrow(None, *self._known)
         for index in trees:
-            _check_range("trees", index, 0, self.n_trees - 1)
+            check_whole("trees", index, 0, self.n_trees - 1)
         return self._regrow(np.unique(np.asarray(trees, np.int64)), *self._known)
 
     def fit(
@@ -300,7 +303,7 @@ class Forest:
                     f"{name}: expected (n, *{like.shape[1:]}) {like.dtype}, "
                     f"got {found.shape} {found.dtype}"
                 )
-        trees = unpack_trees(arrays, self.n_features)
+        trees = unpack_trees(arrays, self.n_features, self.max_depth)
         if len(trees) not in (0, self.n_trees):
             raise ValueError(f"tree_sizes: expected {self.n_trees} trees or 0, got {len(trees)}")
         if not len(arrays["rows"]) == len(arrays["is_salient"]) == len(arrays["groups"]):
@@ -413,11 +416,6 @@ class Forest:
                 f"rows: expected (n, {self.n_features}) uint8, got {rows.shape} {rows.dtype}"
             )
         return np.require(rows, requirements=["C_CONTIGUOUS", "WRITEABLE"])
-
-
-def _check_range(name: str, value: int, low: int, high: float = float("inf")) -> None:
-    if not low <= value <= high:
-        raise ValueError(f"{name}: expected {low} to {high}, got {value}")
 
 
 def _read_only(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from curiosight.learner.forest_draws import ALL_KEYS
 from curiosight.learner.forest_kernels import FEATURE_BITS
 
+Numbers = npt.NDArray[Any]
 Arrays = dict[str, npt.NDArray[np.generic]]
 
 
@@ -55,8 +56,8 @@ def pack_draws(trees: Sequence[Tree]) -> Arrays:
     }
 
 
-def unpack_trees(arrays: Arrays, n_features: int) -> list[Tree]:
-    """Build the trees again; ValueError where a walk would leave its tree.
+def unpack_trees(arrays: Arrays, n_features: int, max_depth: int) -> list[Tree]:
+    """Build the trees again; ValueError where a walk would leave its tree or end inside it.
 
     Without the arrays of `pack_draws` it is not known which rows the trees drew.
     """
@@ -75,12 +76,37 @@ def unpack_trees(arrays: Arrays, n_features: int) -> list[Tree]:
     is_split = (left > place) & (left + 1 < np.repeat(sizes, sizes))
     if not (is_leaf | is_split).all() or (features >= n_features).any():
         raise ValueError(f"node_left_children: expected trees over {n_features} features")
+    if not ((values >= 0) & (values <= 1)).all():  # what is NaN compares false
+        raise ValueError("node_values: expected shares from 0 to 1")
     nodes = left << 24 | features << 8 | thresholds
+    _check_depths(arrays["tree_depths"], starts, left + starts.repeat(sizes), is_split, max_depth)
     depths, draws = arrays["tree_depths"], _unpack_draws(arrays, sizes.size)
     return [
         Tree(nodes[start : start + size].copy(), values[start : start + size].copy(), *rest)
         for start, size, *rest in zip(starts, sizes, depths.tolist(), *draws, strict=True)
     ]
+
+
+def _check_depths(
+    depths: Numbers, starts: Numbers, left: Numbers, is_split: Numbers, max_depth: int
+) -> None:
+    """Raise ValueError where a tree's depth is not that of its deepest leaf, or not allowed.
+
+    starts: (T,) places of the roots among all nodes. left: (n,) those of left children.
+    """
+    n_levels = np.zeros(len(starts), np.int64)
+    here, tree = starts, np.arange(len(starts))
+    for level in range(1, max_depth + 2):
+        goes_on = is_split[here]
+        here, tree = left[here[goes_on]], tree[goes_on]
+        if not len(here):
+            break
+        n_levels[tree] = level
+        # A node with two parents is looked at once.
+        here, first = np.unique(np.concatenate([here, here + 1]), return_index=True)
+        tree = np.tile(tree, 2)[first]
+    if (n_levels > max_depth).any() or (depths != n_levels).any():
+        raise ValueError(f"tree_depths: expected those of the trees, {max_depth} at most")
 
 
 def _unpack_draws(arrays: Arrays, n_trees: int) -> list[list[Any]]:

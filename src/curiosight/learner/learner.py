@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_share, check_switch, check_whole
 from curiosight.frame import Camera, Depth, Frame, Pose, Rgb
 from curiosight.learner.calibration import Calibration
 from curiosight.learner.description import (
@@ -46,6 +47,9 @@ from curiosight.learner.sampling import draw_pixels
 from curiosight.learner.sight import Sight, up_in_world
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
+
+# Of an image of 320 pixels width, far over what helps.
+MAX_PIXELS, MAX_STRIDE = 100_000, 100
 
 # Of the views of the off-line model, to calibrate it: it learns all but one in turn.
 N_PARTS = 4
@@ -117,16 +121,12 @@ class SaliencyLearner:
             superpixels=superpixels,
             n_superpixels=n_superpixels,
         )
-        if n_pixels < 1:
-            raise ValueError(f"n_pixels: expected 1 or more, got {n_pixels}")
-        if not 0 <= blind_share < 1:
-            raise ValueError(f"blind_share: expected 0 to below 1, got {blind_share}")
-        if not 0 <= salient_share < 1:
-            raise ValueError(f"salient_share: expected 0 to below 1, got {salient_share}")
-        if edge_stride < 1:
-            raise ValueError(f"edge_stride: expected 1 or more, got {edge_stride}")
-        if not 0 <= threshold < 1:
-            raise ValueError(f"threshold: expected 0 to below 1, got {threshold}")
+        check_whole("n_pixels", n_pixels, 1, MAX_PIXELS)
+        check_whole("edge_stride", edge_stride, 1, MAX_STRIDE)
+        check_share("blind_share", blind_share)
+        check_share("salient_share", salient_share)
+        check_share("threshold", threshold)
+        check_switch("follow_edges", follow_edges)
         n_features = self.describer.n_features
         if forest is not None and forest.n_features != n_features:
             raise ValueError(f"forest: expected {n_features} features, got {forest.n_features}")

@@ -18,6 +18,8 @@ from curiosight.learner.maps import Cameras
 from curiosight.learner.places import Places
 
 KIND = "saliency model"
+# What a header makes of us that is one by its checksum, but not by what it says.
+NONSENSE = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError)
 
 
 class Model(Protocol):
@@ -90,9 +92,11 @@ def read_model(
         learner.experts.restore(arrays)
         if learner.calibration is not None:
             learner.calibration.restore(arrays)
-        learner.notes = dict(header["notes"])
+        if not isinstance(header["notes"], dict):
+            raise ValueError(f"notes: expected a table, got {header['notes']!r:.60}")
+        learner.notes = header["notes"]
         learner.cameras = Cameras.of_tables(header.get("cameras", ()))
-    except (KeyError, TypeError, ValueError) as error:
+    except NONSENSE as error:
         raise DataError(path, f"holds no usable model ({error})", "learn it anew") from error
     if said != learner.describer.definition():
         raise DataError(path, "was made with other features", "learn it anew")

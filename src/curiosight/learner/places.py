@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.arguments import check_whole
 from curiosight.frame import Pose
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
 from curiosight.learner.looks import LOOK_SIZE, Look, Looks
@@ -37,6 +38,7 @@ LOOK_SCALE, POSE_DOUBT = 0.01, 0.02
 # A view without a pose that is as alike as this to another shows no new spot.
 SAME_LOOK = 0.98
 MAX_LOOKS, MAX_LOOKS_PER_SPOT = 1_000, 4
+MAX_PLACES = 10_000
 
 
 class Places:
@@ -50,8 +52,7 @@ class Places:
     """
 
     def __init__(self, max_places: int = 16) -> None:
-        if max_places < 1:
-            raise ValueError(f"max_places: expected 1 or more, got {max_places}")
+        check_whole("max_places", max_places, 1, MAX_PLACES)
         self.max_places = max_places
         self.place_of_spot: Numbers = np.empty(0, np.int64)
         self._axes: Array | None = None
@@ -284,12 +285,22 @@ class Places:
         of_each = (known[name] for name in ("cell_of_spot", "views", "n_seen"))
         if any(len(numbers) != n_spots for numbers in of_each):
             raise ValueError(f"places: expected numbers of {n_spots} spots")
-        if known["n_seen"].sum() != len(known["seen"]) or known["seen"].max(initial=0) > n_cells:
+        if known["n_seen"].sum() != len(known["seen"]) or known["n_seen"].min(initial=0) < 0:
             raise ValueError("places_seen: expected the cells that each spot sees")
+        for name, least, n_values in (
+            ("seen", 0, n_cells),
+            ("of_spot", NOWHERE, self.max_places),
+            ("cell_of_spot", NOWHERE, n_cells),
+            ("spot_of_look", 0, n_spots),
+        ):
+            if not ((known[name] >= least) & (known[name] < n_values)).all():
+                raise ValueError(f"places_{name}: expected numbers below {n_values}")
+        if known["axes"].shape[1] != 3 or len({tuple(cell) for cell in known["cells"]}) != n_cells:
+            raise ValueError("places_axes, places_cells: expected directions, and each cell once")
+        if not np.isfinite(known["axes"]).all():
+            raise ValueError("places_axes: expected finite numbers")
         if known["looks"].shape != (len(known["spot_of_look"]), LOOK_SIZE):
             raise ValueError(f"places_looks: expected (n, {LOOK_SIZE}), got {known['looks'].shape}")
-        if known["spot_of_look"].max(initial=0) >= max(1, n_spots):
-            raise ValueError("places_spot_of_look: expected numbers of spots")
         self._axes = known["axes"] if len(known["axes"]) else None
         self._cell_numbers = {(int(x), int(y)): i for i, (x, y) in enumerate(known["cells"])}
         self.place_of_spot = known["of_spot"]

@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Self
 
+# Metres, shares, pixels: nothing here is as large, and larger numbers overflow.
+MOST = 1e6
+
 
 def check_positive(settings: object, names: Iterable[str]) -> None:
     """Raise ValueError unless the named settings are above 0."""
@@ -13,6 +16,8 @@ def check_positive(settings: object, names: Iterable[str]) -> None:
         value = getattr(settings, name)
         if not value > 0:
             raise ValueError(f"{name}: expected a positive number, got {value}")
+        if value > MOST:
+            raise ValueError(f"{name}: expected no more than {MOST:g}, got {value}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from curiosight.errors import printable
 from curiosight.files import replace_file
 
 Rgb = tuple[float, float, float]
@@ -70,7 +73,12 @@ def save_figure(figure: Figure, path: Path | str) -> None:
     kind = Path(path).suffix.lower().removeprefix(".")
     kind = kind if kind in _WITHOUT_DATE else "png"
     drawn = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "curiosight"}):  # else ids are random
+    for text in figure.findobj(Text):  # names of files and regions are anybody's
+        _make_printable(text)
+    # Without the salt ids are random.
+    with matplotlib.rc_context({"svg.hashsalt": "curiosight"}), warnings.catch_warnings():
+        # A name in a script that the font has not is drawn as boxes, which speak for themselves.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
         figure.savefig(
             drawn,
             format=kind,
@@ -80,6 +88,14 @@ def save_figure(figure: Figure, path: Path | str) -> None:
             metadata=_WITHOUT_DATE[kind],
         )
     replace_file(Path(path), drawn.getvalue())
+
+
+def _make_printable(text: Text) -> None:
+    """Write out what is no character to draw; lines stay lines."""
+    said = text.get_text()
+    shown = "\n".join(map(printable, said.split("\n")))
+    if shown != said:
+        text.set_text(shown)
 
 
 def region_colours(names: Sequence[str]) -> list[Rgb]:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import MOUNTS, Camera, Label, Mount
 
 FILE_NAME = "camera.json"
@@ -80,8 +81,8 @@ def read_camera_file(folder: Path, *, may_be_y_up: bool = False) -> CameraFile |
     if not path.is_file():
         return None
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        content = json.loads(read_text(path, "utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, f"is not valid JSON ({error})", "correct or replace it") from None
     if not isinstance(content, dict):
         raise DataError(path, f"holds a {type(content).__name__}, not an object", REMEDY)

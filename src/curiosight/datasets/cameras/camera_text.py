@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
 from pathlib import Path
 from typing import Any
+
+from curiosight.datasets.arrays import read_array
+from curiosight.errors.inputs import check_file, read_bytes, read_text
 
 # A place such as "camera/color/k" in small letters, and the numbers that stand there. Numbers
 # of a text without any name stand at "".
@@ -30,13 +34,12 @@ NAMED_NUMBERS = re.compile(rf"^\s*([A-Za-z_][\w .\-/()]*?)\s*(?:[:=]|\s(?={NUMBE
 def read_leaves(path: Path) -> Leaves | None:
     """Return the numbers of a file; None where it is no text, or too large, or not readable."""
     try:
-        if path.stat().st_size > MAX_BYTES or not path.is_file():
-            return None
+        check_file(path, MAX_BYTES)
         if path.suffix.lower() == ".mat":
             return _matlab(path)
         if path.suffix.lower() == ".npy":
             return _array(path)
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, "utf-8-sig")
     except (OSError, UnicodeDecodeError):
         return None
     if path.suffix.lower() == ".xml":
@@ -66,7 +69,7 @@ def _matlab(path: Path) -> Leaves | None:
 
     leaves: Leaves = []
     try:
-        content = loadmat(path)
+        content = loadmat(io.BytesIO(read_bytes(path)))
     # What a damaged file makes of the reader is not foreseeable.
     except Exception:
         return None
@@ -78,14 +81,11 @@ def _matlab(path: Path) -> Leaves | None:
 
 def _array(path: Path) -> Leaves | None:
     """Return the numbers of a small array, whose name is all that says what they are."""
-    import numpy as np
-
     try:
-        content = np.load(path, allow_pickle=False)
-    # What a damaged file makes of the reader is not foreseeable.
-    except Exception:
+        content = read_array(path)
+    except ValueError:
         return None
-    is_small = isinstance(content, np.ndarray) and content.dtype.kind in "iuf"
+    is_small = content.dtype.kind in "iuf"
     numbers = _flat(content.tolist()) if is_small and content.size <= MAX_IN_ARRAY else None
     return None if numbers is None else [("", numbers)]
 

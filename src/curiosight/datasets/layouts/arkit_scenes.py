@@ -15,6 +15,7 @@ from curiosight.datasets.layouts.scans import Scan, Scans, remark_on_poses, with
 from curiosight.datasets.sizes import image_size
 from curiosight.datasets.trajectory import Trajectory, parse_stamp, table_rows
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose
 
 COLOUR, DEPTH, CONFIDENCE = "lowres_wide", "lowres_depth", "confidence"
@@ -104,7 +105,7 @@ def _of_moments(wanted: Mapping[int, Path], files: Mapping[int, Path]) -> dict[i
 def _read_camera(path: Path | None) -> Camera | None:
     """Read a line of width, height, fx, fy, cx, cy; None where there is none."""
     try:
-        words = [] if path is None else path.read_text(encoding="utf-8").split()
+        words = [] if path is None else read_text(path).split()
         width, height, *pixels = (float(word) for word in words)
         known = pixels_of_numbers(pixels)
         return None if known is None else Camera(int(width), int(height), *known)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Pose, is_rigid
 
 FILE_NAME = "scene_camera.json"
@@ -34,7 +35,7 @@ class BopView:
 def read_scene_camera(path: Path) -> dict[int, BopView]:
     """Map image numbers to what the file says of them; `DataError` if it is no good."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, f"is not valid JSON ({error})", "copy the scene again") from None
     if not isinstance(content, dict):

@@ -20,6 +20,7 @@ from curiosight.datasets.listing import (
 from curiosight.datasets.pose_files import FoundPoses, find_poses
 from curiosight.datasets.pose_match import varying_numbers
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 
 COLOUR_FOLDERS = ("color", "rgb", "image")
 # The second is what the reconstruction system writes; its fragments are of worlds of their own.
@@ -77,9 +78,7 @@ def _has_camera(folder: Path) -> bool:
     """Tell whether a JSON file of the folder has the key that Open3D writes."""
     for path in folder.glob("*.json"):
         try:
-            if path.stat().st_size > MAX_BYTES:
-                continue
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content = json.loads(read_text(path, max_bytes=MAX_BYTES))
         except (OSError, ValueError, RecursionError):
             continue
         if isinstance(content, dict):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +111,7 @@ def _read_boxes(path: Path) -> list[tuple[ObjectBox, ...]]:
     """Read the boxes of all frames of a sequence, in order."""
     remedy = "unpack the data set's file again, or delete it"
     try:
-        frames = loadmat(path)["bboxes"].ravel()
+        frames = loadmat(io.BytesIO(read_bytes(path)))["bboxes"].ravel()
         return [_boxes_of(frame) for frame in frames]
     # What a damaged file makes of the reader is not foreseeable.
     except Exception as error:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 
 REGION_FILE = "input_region_map.dat"
 GRAPH_FILE = "region_map.dat"
@@ -137,7 +138,7 @@ def format_graph(nodes: Sequence[GraphNode]) -> str:
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield line numbers and lines without blanks; a # anywhere makes a line a comment."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, "utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(path, f"cannot be read as text ({error})", "replace the file") from None
     for number, line in enumerate(lines, start=1):

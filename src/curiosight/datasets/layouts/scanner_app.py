@@ -15,6 +15,7 @@ from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import Scan, Scans, numbered, remark_on_poses, with_depth
 from curiosight.datasets.sizes import Size, image_size
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose, is_rigid
 
 POSE_KEY, CAMERA_KEY, TIME_KEY = "cameraPoseARFrame", "intrinsics", "time"
@@ -87,7 +88,7 @@ class ScannerApp(Scans):
 def _read(path: Path) -> dict[str, Any]:
     """Return a JSON object; empty where the file is none."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -26,6 +26,7 @@ from curiosight.datasets.listing import list_images
 from curiosight.datasets.sizes import Size, first_size, image_size
 from curiosight.datasets.trajectory import read_pose
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose
 
 IMAGE_FOLDERS = ("color", "depth")
@@ -157,7 +158,7 @@ def _about_files(base: Path) -> Iterator[Path]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except (OSError, UnicodeDecodeError):
         return ""
 

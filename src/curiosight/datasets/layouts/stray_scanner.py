@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ from curiosight.datasets.layouts.scans import (
 from curiosight.datasets.sizes import Size
 from curiosight.datasets.video_frames import VideoFrames
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose, Rgb
 
 VIDEO, ODOMETRY, CAMERA_FILE = "rgb.mp4", "odometry.csv", "camera_matrix.csv"
@@ -119,8 +121,8 @@ def _camera(folder: Path, size: Size, entries: Sequence[Entry]) -> Camera:
 def _read_odometry(path: Path, size: Size) -> dict[int, Row]:
     """Map frame numbers to what the table says of them; `DataError` for another table."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [[cell.strip() for cell in line] for line in csv.reader(file) if line]
+        table = csv.reader(io.StringIO(read_text(path, "utf-8-sig"), newline=""))
+        lines = [[cell.strip() for cell in line] for line in table if line]
     except (OSError, ValueError, csv.Error) as error:
         raise DataError(path, f"cannot be read as a table ({error})", "replace the file") from None
     names = [name.lower() for name in lines[0]] if lines else []

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol, get_args
 
 from curiosight.errors import DataError
+from curiosight.errors.arguments import check_whole
 from curiosight.experiments.contest.tasks import ONE_THREAD, Task, work
 
 Backend = Literal["processes", "ray"]
@@ -32,6 +33,7 @@ BACKENDS: tuple[Backend, ...] = get_args(Backend)
 
 # How often it is looked whether to stop, seconds.
 POLL_S = 0.2
+MAX_WORKERS = 1024
 # Workers that are killed one after the other, without a task done between, before it is given up.
 MAX_LOST = 3
 # How long a Ray cluster may take to answer, seconds.
@@ -66,8 +68,8 @@ def make_workers(backend: str, *, n_workers: int | None = None, address: str = "
 
     Raises ValueError for what there is not.
     """
-    if n_workers is not None and n_workers < 1:
-        raise ValueError(f"workers: expected 1 or more, got {n_workers}")
+    if n_workers is not None:
+        check_whole("workers", n_workers, 1, MAX_WORKERS)
     if backend == "ray":
         return RayCluster(n_workers, address)
     if backend != "processes":

@@ -16,9 +16,9 @@ from curiosight.experiments.contest.backends import Workers
 from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.runs import RunRecord, read_run
 from curiosight.experiments.contest.settings import ContestSettings, folder_name, read_settings
-from curiosight.experiments.contest.sole_writer import sole_writer
 from curiosight.experiments.contest.tasks import PrepareTask, RunTask, Task
 from curiosight.experiments.contest.whole import remove_partial
+from curiosight.experiments.sole_writer import sole_writer
 from curiosight.explorer import make_regions
 from curiosight.files import replace_file
 from curiosight.frame import Viewpoint

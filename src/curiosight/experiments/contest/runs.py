@@ -19,7 +19,7 @@ from curiosight.errors import DataError
 from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.running import LookRow, Run
 from curiosight.experiments.contest.whole import whole_folder
-from curiosight.experiments.output import TableFile, write_json_file
+from curiosight.experiments.output import TableFile, read_cell, write_json_file
 from curiosight.files import replace_file
 
 Floats = npt.NDArray[np.float64]
@@ -84,7 +84,7 @@ def read_run(folder: Path) -> RunRecord:
         with (folder / LOOKS).open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         record = RunRecord(
-            [row["id"] for row in rows],
+            [read_cell(row["id"]) for row in rows],
             np.array([int(row["region"]) for row in rows], np.int64),
             np.array([float(row["seconds"]) for row in rows]),
             np.array([float(row["metres"]) for row in rows]),

@@ -11,9 +11,12 @@ from pathlib import Path
 
 from curiosight.config import Config, config_of, read_toml, to_toml, toml_value
 from curiosight.errors import DataError
+from curiosight.errors.arguments import check_whole
 from curiosight.explorer.ground import LOOK_SECONDS
 
 SECTION = "compare"
+# More would never end.
+MAX_SEEDS, MAX_STEPS = 10_000, 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +38,14 @@ class ContestSettings:
     def __post_init__(self) -> None:
         for name in ("sources", "strategies"):
             _check_names(name, getattr(self, name))
-        if self.seeds < 1:
-            raise ValueError(f"seeds: expected 1 or more, got {self.seeds}")
+        check_whole("seeds", self.seeds, 1, MAX_SEEDS)
         if (self.steps is None) == (self.seconds is None):
             raise ValueError("steps, seconds: expected one of them")
-        if self.steps is not None and self.steps < 1:
-            raise ValueError(f"steps: expected 1 or more, got {self.steps}")
-        if self.seconds is not None and not 0 < self.seconds < math.inf:
-            raise ValueError(f"seconds: expected a positive number, got {self.seconds}")
+        if self.steps is not None:
+            check_whole("steps", self.steps, 1, MAX_STEPS)
+        if self.seconds is not None and not 0 < self.seconds <= MAX_STEPS:
+            expected = f"a positive number up to {MAX_STEPS}"
+            raise ValueError(f"seconds: expected {expected}, got {self.seconds}")
 
     @property
     def n_looks(self) -> int:

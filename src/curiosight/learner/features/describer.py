@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal, get_args
 
+from curiosight.errors.arguments import check_switch, check_whole
 from curiosight.frame import Rgb
 from curiosight.learner.features.cells import CellSegmenter
 from curiosight.learner.features.colour import RowOfPixel, Rows, RowsPer
@@ -17,6 +18,8 @@ SuperpixelKind = Literal["seeds", "cells"]
 Features = str | Sequence[FeatureSet]
 # What files of version 0.1 call the only set that they know, with contrast or without.
 FIRST_NAME = "39 mean colours"
+# Of four pixels each.
+MAX_SUPERPIXELS = 320 * 240 // 4
 
 
 class Describer:
@@ -45,8 +48,8 @@ class Describer:
         _check_choice("rows_per", rows_per, get_args(RowsPer))
         _check_choice("colour_space", colour_space, get_args(ColourSpace))
         _check_choice("superpixels", superpixels, get_args(SuperpixelKind))
-        if n_superpixels < 1:
-            raise ValueError(f"n_superpixels: expected 1 or more, got {n_superpixels}")
+        check_whole("n_superpixels", n_superpixels, 1, MAX_SUPERPIXELS)
+        check_switch("contrast", contrast)
         sets = make_sets(features, colour_space) if isinstance(features, str) else (*features,)
         self.features = "+".join(one.name for one in sets)
         self.rows_per = rows_per

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Rgb
 from curiosight.learner.features.colour import Rows
 from curiosight.learner.features.feature_set import FeatureSet, mean_of_pixels, to_bytes
@@ -23,6 +24,7 @@ DEVIATION = np.array([0.229, 0.224, 0.225], np.float32)
 # Values are told apart up to this far from 0, finer near it: 255 steps of their arsinh.
 FARTHEST = 100.0
 MAX_MAPS = 2048
+MAX_BYTES = 2**31
 ANOTHER = "give the ONNX file of a network from an image (1, 3, h, w) to maps (1, k, h', w')"
 
 
@@ -85,7 +87,7 @@ def network(place: str) -> FeatureSet:
     name, _, tensor = (place, "", "") if Path(place).exists() else place.partition("#")
     path = Path(name).absolute()
     try:
-        content = path.read_bytes()
+        content = read_bytes(path, MAX_BYTES)
     except OSError as error:
         found = f"cannot be read ({error.strerror or error})"
         raise DataError(path, found, ANOTHER) from error

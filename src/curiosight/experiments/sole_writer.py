@@ -8,13 +8,14 @@ import socket
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 from curiosight.errors import DataError
 from curiosight.files import writing
 
-LOCK = ".compare.lock"
+LOCK = ".curiosight.lock"
 _HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES)
 _N_TRIES = 10
 
@@ -30,6 +31,27 @@ else:
         # Of this open file, not of the process as with `lockf`: two in one process exclude each
         # other, too. Over NFS the server is asked, so that other machines are kept out.
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+_held: ContextVar[ExitStack | None] = ContextVar("held", default=None)
+
+
+@contextmanager
+def letting_go() -> Iterator[None]:
+    """Let go of all folders at the end that `hold` was called for meanwhile."""
+    with ExitStack() as held:
+        before = _held.set(held)
+        try:
+            yield
+        finally:
+            _held.reset(before)
+
+
+def hold(folder: Path) -> None:
+    """Be the `sole_writer` of a folder to the end of the `letting_go` around, if there is one."""
+    held = _held.get()
+    if held is not None:
+        held.enter_context(sole_writer(folder))
 
 
 @contextmanager
@@ -78,10 +100,10 @@ def _try_to_lock(file: int, path: Path) -> None:
         _lock(file)
     except OSError as error:
         if error.errno in _HELD:
-            found = f"is being written by another compare{_holder(path)}"
+            found = f"is being written by another command{_holder(path)}"
             remedy = "wait for it, or choose another --out"
             raise DataError(path.parent, found, remedy) from None
-        text = f"cannot be locked ({error.strerror}); let no other compare write into it now"
+        text = f"cannot be locked ({error.strerror}); let no other command write into it now"
         warnings.warn(f"{path.parent}: {text}", stacklevel=2)
 
 
