@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,15 +28,16 @@ from curiosight.experiments.components import (
     same_views,
     survey_dataset,
 )
-from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.dividing import choose_regions, graph_ways
 from curiosight.experiments.keeping import Keeping
-from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.snapshot import STATE, Snapshot, told_apart
+from curiosight.experiments.snapshot import STATE, Snapshot
 from curiosight.experiments.so_far import SoFar
-from curiosight.experiments.steps import STEP_COLUMNS, STEPS, TIMES, StepRow, read_steps, read_times
+from curiosight.experiments.steps import STEPS, TIMES, StepRow, read_steps, read_times
 from curiosight.experiments.stopwatch import Stopwatch, summarise
+from curiosight.experiments.tables import DECISIONS as DECISIONS
+from curiosight.experiments.tables import Tables
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
@@ -53,7 +53,7 @@ from curiosight.teacher import Segmentation, TemporalTeacher
 from curiosight.worlds.travel import travel_seconds
 
 # Files that a run under way may find of an earlier one; others it replaces at its start.
-CONFIG, DECISIONS, SUMMARY, TIMINGS = "config.toml", "decisions.csv", "summary.json", "timings.json"
+CONFIG, SUMMARY, TIMINGS = "config.toml", "summary.json", "timings.json"
 RESULTS = (MODEL, SUMMARY, TIMINGS, STATE, DECISIONS)
 # By these a run is known; they go first where another takes the folder.
 MAKING = (COMMAND, CONFIG, STEPS, TIMES)
@@ -131,7 +131,10 @@ class Exploration:
         sizes = self._take_up() if self._is_kept else None
         self.world.upcoming = self._strategy.upcoming
         if mode != "told":
-            self._begin(leftovers, sizes)
+            self._make_room(leftovers, is_new=mode == "new")
+            stages, last = self.stopwatch.stages, self.last_decisions
+            self._tables = Tables(out, self._strategy, stages, n_kept=sizes, last=last)
+            self.last_decisions = self._tables.last_decisions
 
     def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
         """Run the loop; yield each step and its row once both are on disk."""
@@ -140,9 +143,7 @@ class Exploration:
         try:
             for step in steps:
                 row = self._note(step)
-                self._steps_file.add(asdict(row))
-                self.decisions.add(step.index)
-                self._times_file.add({"step": step.index, **self.stopwatch.lap()})
+                self._tables.add(row, self.stopwatch.lap())
                 self.so_far.n_steps = step.index + 1
                 self._keep()
                 yield step, row
@@ -152,16 +153,16 @@ class Exploration:
     def finish(self) -> dict[str, Any]:
         """Write the model and the summary of what has been done so far; return the summary.
 
-        And the times. Of a run that is not at its end all is kept that it takes to go on.
+        And the times. Of a run that is not at its end all is kept that it takes to go on, of
+        one that is, what a report tells.
         """
         self._close()
-        if self.is_under_way:
-            self._keep_state()
+        self._keep_state()
         self._save(is_packed=True)
         summary = self.summary()
         self.out.write_json(SUMMARY, summary)
         self.out.write_json(TIMINGS, self.times())
-        if not self.is_under_way:  # what the report tells is still of use
+        if not self.is_under_way:
             self._keep_state(is_done=True)
         return summary
 
@@ -203,7 +204,7 @@ class Exploration:
     @property
     def is_other_than_before(self) -> bool:
         """Tell whether steps that were done again came out otherwise than they stood there."""
-        return self._steps_file.is_other
+        return self._tables.is_other_than_before
 
     def times(self) -> dict[str, Any]:
         """Return what the clock told: seconds in all, and per stage, JSON-able."""
@@ -215,9 +216,7 @@ class Exploration:
 
     def _close(self) -> None:
         """End what runs beside the loop; may be called twice."""
-        self._steps_file.close()
-        self._times_file.close()
-        self.decisions.close()
+        self._tables.close()
         self.world.close()
 
     def _seconds(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> npt.NDArray[np.float64]:
@@ -252,23 +251,7 @@ class Exploration:
         note_frames(self.learner, self.dataset, self.so_far.ids)
         self.learner.save(self.out.file(MODEL), is_packed=is_packed)
 
-    def _begin(self, leftovers: Sequence[str], sizes: Sequence[int] | None) -> None:
-        """Begin to write, or to write on behind so many bytes of each table."""
-        self._remove_old(leftovers, is_new=sizes is None)
-        if sizes is None:
-            self.out.write_text(CONFIG, to_toml(self.config))
-            if self._given is not None:
-                self._given.write(self.out)
-        n_steps, n_decisions, n_times = sizes or (None, None, None)
-        file, stages = self.out.file, self.stopwatch.stages
-        self._steps_file = TableFile(file(STEPS), STEP_COLUMNS, n_kept=n_steps)
-        self._times_file = TableFile(file(TIMES), ["step", *stages], n_kept=n_times)
-        self.decisions = DecisionsFile(
-            file(DECISIONS), self._strategy, last=self.last_decisions, n_kept=n_decisions
-        )
-        self.last_decisions = self.decisions.last
-
-    def _remove_old(self, leftovers: Sequence[str], *, is_new: bool) -> None:
+    def _make_room(self, leftovers: Sequence[str], *, is_new: bool) -> None:
         """Remove an earlier run's results, which would pass for this one's until it ends.
 
         The model that this run goes on with stays until there is a newer one.
@@ -277,9 +260,13 @@ class Exploration:
         model = self.out.path / MODEL
         if self._continued is not None and self._continued.resolve() == model.resolve():
             names.remove(MODEL)
-        if not is_new:
+        if self._is_kept:
             names -= {MODEL, STATE, DECISIONS}
         self.out.remove([*(MAKING if is_new else ()), *sorted(names)])
+        if is_new:
+            self.out.write_text(CONFIG, to_toml(self.config))
+            if self._given is not None:
+                self._given.write(self.out)
 
     def _make_snapshot(self, ways: Ways) -> Snapshot:
         """Return what keeps the state; all that the command makes anew is outside of it."""
@@ -295,9 +282,9 @@ class Exploration:
             outside[f"view {view.index}"] = view
             outside[f"pose {view.index}"] = view.T_world_camera
         strategy = self.config.explorer.strategy
-        own = [strategy.partition(":")[0]] if is_own(strategy) else []
+        own = [strategy.partition(":")[0].partition(".")[0]] if is_own(strategy) else []
         version = "" if self._given is None else self._given.version
-        return Snapshot(version, outside, own)
+        return Snapshot(version, self.dataset.ids, outside, own)
 
     def _keep_state(self, *, is_done: bool = False) -> None:
         """Write what it takes to go on, or where it is done to tell of the run."""
@@ -305,12 +292,10 @@ class Exploration:
             return
         now = time.perf_counter()
         self.so_far.seconds, self._started = self.so_far.seconds + now - self._started, now
-        tables = (self._steps_file, self.decisions, self._times_file)
         state: dict[str, Any] = {
-            "frames": told_apart(self.dataset.ids),
-            "sizes": [table.sync() for table in tables],
+            "sizes": self._tables.sync(),
             "so_far": self.so_far,
-            "decisions": list(self.decisions.last),
+            "decisions": list(self.last_decisions),
         }
         if not is_done:
             state |= {
@@ -327,16 +312,17 @@ class Exploration:
 
     def _take_up(self) -> list[int]:
         """Take over the state of the run so far; return how much of each table is of it."""
-        path = self.out.path / STATE
-        state = self._snapshot.read(path)
-        if state["frames"] != told_apart(self.dataset.ids):
-            found = f"is of other frames than {place(self.dataset)} has now"
-            raise DataError(path, found, "put back what it was made from, or begin anew")
+        state = self._snapshot.read(self.out.path / STATE)
         self.so_far, self.last_decisions = state["so_far"], state["decisions"]
-        if "learner" not in state:
+        if "learner" in state:
+            self._go_on(state)
+        else:
             model, _ = load_learner(self.out.path / MODEL, self.config, self.teacher)
             self.learner.take_up(model.learned())
-            return list(state["sizes"])
+        return list(state["sizes"])
+
+    def _go_on(self, state: Mapping[str, Any]) -> None:
+        """Put all that steps change where it was."""
         self.learner.take_up(state["learner"])
         if (teacher := self._remembering) is not None:
             teacher.recall(state["teacher"])
@@ -346,7 +332,6 @@ class Exploration:
             self._test_after_change()
         if state["asked"]:
             self.held_out.ask_as_before(state["asked"])
-        return list(state["sizes"])
 
     @property
     def _remembering(self) -> TemporalTeacher | None:

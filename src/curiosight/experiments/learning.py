@@ -9,7 +9,6 @@ from typing import Any
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
-from curiosight.errors import DataError
 from curiosight.experiments.components import (
     make_learner,
     make_teacher,
@@ -18,7 +17,7 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.snapshot import Snapshot, told_apart
+from curiosight.experiments.snapshot import Snapshot
 from curiosight.frame import Frame
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.lesson import Lesson
@@ -61,7 +60,7 @@ class OffLine:
         self.lessons = Lessons()
         self._lessons: dict[int, Lesson] = {}
         self.n_done = 0
-        self._snapshot = Snapshot(version, {})
+        self._snapshot = Snapshot(version, dataset.ids, {})
 
     @cached_property
     def survey(self) -> Survey:
@@ -112,7 +111,6 @@ class OffLine:
         """Write all that it takes to go on in another process, see `go_on`."""
         teacher = self._remembering
         state = {
-            "frames": told_apart(self.dataset.ids),
             "n_done": self.n_done,
             "lessons": self._lessons,
             "problems": self.problems,
@@ -125,9 +123,6 @@ class OffLine:
     def go_on(self, path: Path) -> None:
         """Go on from what `keep` wrote, with the same settings; DataError for what does not fit."""
         state = self._snapshot.read(path)
-        if state["frames"] != told_apart(self.dataset.ids):
-            found = f"is of other frames than {place(self.dataset)} has now"
-            raise DataError(path, found, "put back what it was made from, or begin anew")
         self.n_done, self._lessons = state["n_done"], state["lessons"]
         self.problems, self.lessons = state["problems"], state["told"]
         self.learner.take_up(state["learner"])

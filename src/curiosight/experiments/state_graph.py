@@ -52,7 +52,7 @@ class GraphWriter:
     """Write objects as JSON-able nodes; what they hold in arrays is gathered beside.
 
     outside: by name, what is not written but given again to the reader.
-    own: modules beside `PACKAGES` whose classes may be met.
+    own: packages beside `PACKAGES` whose classes may be met, once they are imported.
     """
 
     def __init__(self, outside: Mapping[str, object], own: Iterable[str] = ()) -> None:
@@ -175,7 +175,8 @@ class GraphReader:
             new = MAPPINGS[kind]() if is_usual else collections.defaultdict(FACTORIES[said[0]])
             self._met[number] = new
             keys = self._all(said[-2])
-            new.update(zip(keys, self._all(said[-1]), strict=True))
+            # As a dict: pairs would be counted by a Counter.
+            new.update(dict(zip(keys, self._all(said[-1]), strict=True)))
         else:
             new = self._met[number] = self._leaf(kind, said)
         return new
@@ -263,14 +264,18 @@ def _put_state(new: Any, state: Any) -> None:
 def _found(name: str, own: tuple[str, ...]) -> object:
     """Return the class of a name, if it is of a module that may be asked; else None."""
     module_name, _, path = name.partition(":")
-    is_ours = any(module_name == one or module_name.startswith(f"{one}.") for one in PACKAGES)
-    if not is_ours and module_name not in own:
+    is_ours = _is_in(module_name, PACKAGES)
+    if not is_ours and not _is_in(module_name, own):
         return None
     module = importlib.import_module(module_name) if is_ours else sys.modules.get(module_name)
     found: Any = module
     for part in path.split("."):
         found = getattr(found, part, None)
     return found if getattr(found, "__module__", None) == module_name else None
+
+
+def _is_in(module: str, packages: Iterable[str]) -> bool:
+    return any(module == one or module.startswith(f"{one}.") for one in packages)
 
 
 def _found_class(name: str, own: tuple[str, ...]) -> type[Any]:
