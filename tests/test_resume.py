@@ -89,7 +89,7 @@ def test_kills_at_random_moments_lose_nothing(
         n_killed += kills.kill(
             *words,
             after_s=float(rng.uniform(0.3, 1.5)) if is_timed else None,
-            at=None if is_timed else int(rng.integers(3, 90)),
+            at=None if is_timed else int(rng.integers(30, 110)),
         )
         check_readable(out)
         if (out / "command.json").exists():
@@ -116,7 +116,7 @@ def test_learn_goes_on(
 ) -> None:
     """Killed in the first pass, in the second, and while the results are written."""
     out = tmp_path / "out"
-    for at in (12, 45, 67):
+    for at in (20, 45, 67):
         assert kills.kill("learn", room, "--out", out, "--quiet", at=at)
         check_readable(out)
         succeed(capsys, "learn", "--resume", out, "--quiet")
@@ -190,7 +190,7 @@ def test_drawn_home_that_changes_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """Killed after the change: noise, arrangement and tests are those of that look."""
-    home = "home:1,rooms=2,views=3,width=96,height=72,change=3"
+    home = "home:5,rooms=2,views=3,change=3:rearrange=1:room=1"
     words = (home, "--steps", "8", "--strategy", "random")
     assert run(["explore", *words, "--out", str(tmp_path / "whole"), "--quiet"]) in (0, 1)
     killed_at(6, tmp_path / "out", monkeypatch, *words, every=5)

@@ -135,13 +135,15 @@ def _learn(
 
 def _begin(off_line: OffLine, given: GivenCommand, folder: OutputFolder, *, is_new: bool) -> None:
     """Make room for what will be written, or take up what was."""
+    folder.remove_half_written()
     if not is_new and (folder.path / STATE).is_file():
         off_line.go_on(folder.path / STATE)
         folder.remove([SUMMARY])
         return
-    folder.remove([*MAKING, *RESULTS])
-    folder.write_text(CONFIG, to_toml(off_line.config))
-    given.write(folder)
+    folder.remove([*(MAKING if is_new else ()), *RESULTS])
+    if is_new:
+        folder.write_text(CONFIG, to_toml(off_line.config))
+        given.write(folder)
 
 
 def _follow(

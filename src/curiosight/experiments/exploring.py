@@ -262,6 +262,7 @@ class Exploration:
             names.remove(MODEL)
         if self._is_kept:
             names -= {MODEL, STATE, DECISIONS}
+        self.out.remove_half_written()
         self.out.remove([*(MAKING if is_new else ()), *sorted(names)])
         if is_new:
             self.out.write_text(CONFIG, to_toml(self.config))

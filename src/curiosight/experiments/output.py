@@ -8,6 +8,7 @@ import io
 import itertools
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -78,6 +79,14 @@ class OutputFolder:
             path = self.path / name
             with writing(path):
                 path.unlink(missing_ok=True)
+
+    def remove_half_written(self) -> None:
+        """Remove what a kill left of files that were being written: nobody else writes here."""
+        with writing(self.path):
+            for pattern in ("", "figures/"):
+                for path in self.path.glob(f"{pattern}.*.partial"):
+                    if re.fullmatch(r"\..+\.\d+\.partial", path.name):
+                        path.unlink(missing_ok=True)
 
     def file(self, name: str) -> Path:
         """Return the path of a file inside, its folder made."""
