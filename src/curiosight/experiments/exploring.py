@@ -161,6 +161,7 @@ class Exploration:
         self._save(is_packed=True)
         summary = self.summary()
         self.out.write_json(SUMMARY, summary)
+        self._note_time()
         self.out.write_json(TIMINGS, self.times())
         if not self.is_under_way:
             self._keep_state(is_done=True)
@@ -207,10 +208,10 @@ class Exploration:
         return self._tables.is_other_than_before
 
     def times(self) -> dict[str, Any]:
-        """Return what the clock told: seconds in all, and per stage, JSON-able."""
+        """Return what the clock told: seconds until it was last kept, ms per stage, JSON-able."""
         laps = read_times(self.out.path / TIMES, self.so_far.n_steps)
         return {
-            "seconds": round(self.so_far.seconds + time.perf_counter() - self._started, 2),
+            "seconds": round(self.so_far.seconds, 2),
             "stages": summarise(laps) if laps else {},
         }
 
@@ -291,30 +292,36 @@ class Exploration:
         """Write what it takes to go on, or where it is done to tell of the run."""
         if self._given is None or self.unkept is not None:
             return
-        now = time.perf_counter()
-        self.so_far.seconds, self._started = self.so_far.seconds + now - self._started, now
+        if not is_done:
+            self._note_time()
         state: dict[str, Any] = {
             "sizes": self._tables.sync(),
             "so_far": self.so_far,
             "decisions": list(self.last_decisions),
+            "teacher": teacher.memory() if (teacher := self._remembering) else None,
         }
         if not is_done:
             state |= {
                 "learner": self.learner.learned(),
-                "teacher": teacher.memory() if (teacher := self._remembering) else None,
                 "strategy": self._strategy,
                 "world": self.world.state(),
                 "asked": self.held_out.asked,
             }
         try:
-            self._snapshot.write(self.out.file(STATE), state)
+            self._snapshot.write(self.out.file(STATE), state, is_packed=is_done)
         except ValueError as error:
             self.unkept = str(error)
+
+    def _note_time(self) -> None:
+        now = time.perf_counter()
+        self.so_far.seconds, self._started = self.so_far.seconds + now - self._started, now
 
     def _take_up(self) -> list[int]:
         """Take over the state of the run so far; return how much of each table is of it."""
         state = self._snapshot.read(self.out.path / STATE)
         self.so_far, self.last_decisions = state["so_far"], state["decisions"]
+        if (teacher := self._remembering) is not None:
+            teacher.recall(state["teacher"])
         if "learner" in state:
             self._go_on(state)
         else:
@@ -325,8 +332,6 @@ class Exploration:
     def _go_on(self, state: Mapping[str, Any]) -> None:
         """Put all that steps change where it was."""
         self.learner.take_up(state["learner"])
-        if (teacher := self._remembering) is not None:
-            teacher.recall(state["teacher"])
         self._strategy = state["strategy"]
         self.world.go_on(state["world"], self.so_far.n_steps)
         if self._n_before_change is not None and self.so_far.n_steps > self._n_before_change:

@@ -32,12 +32,15 @@ class Snapshot:
         self._version, self._frames = version, _fingerprint(ids)
         self._outside, self._own = dict(outside), tuple(own)
 
-    def write(self, path: Path, state: object) -> None:
-        """Replace the file; raises ValueError for a state that cannot be kept, naming why."""
+    def write(self, path: Path, state: object, *, is_packed: bool = False) -> None:
+        """Replace the file; raises ValueError for a state that cannot be kept, naming why.
+
+        is_packed: as of `write_archive`.
+        """
         writer = GraphWriter(self._outside, self._own)
         node = writer.node(state)
         header = {"curiosight": self._version, "frames": self._frames, "state": node}
-        write_archive(path, KIND, header, writer.arrays, is_packed=False)
+        write_archive(path, KIND, header, writer.arrays, is_packed=is_packed)
 
     def read(self, path: Path) -> Any:
         """Return the state; raises DataError for a damaged file, of others, of another version."""
