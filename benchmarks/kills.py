@@ -4,8 +4,8 @@
         [--options "--strategy progress-rate"] [--seed 0]
 
 Each command is run to its end once. Then it is begun again and again, killed (SIGKILL, with all its
-processes) after a random part of that time, every file that it left is read, and it is gone on
-with by --resume; every fourth time that is killed, too. Prints a table, and keeps it in
+processes) at a random moment after its folder is there, every file that it left is read, and it is
+gone on with by --resume; every fourth time that is killed, too. Prints a table, and keeps it in
 benchmarks/results/kills.json.
 """
 
@@ -83,11 +83,14 @@ class Command:
 
     def is_begun(self, out: Path) -> bool:
         """Tell whether so much is written that it can be gone on with."""
-        return (out / ("config.toml" if self.name == "compare" else "command.json")).is_file()
+        return (out / ("compare.toml" if self.name == "compare" else "command.json")).is_file()
 
 
-def run(words: Sequence[str], after_s: float | None = None) -> int | None:
-    """Run a command; return its exit status, None where it was killed after so many seconds."""
+def run(words: Sequence[str], out: Path, after_s: float | None = None) -> int | None:
+    """Run a command; return its exit status, None where it was killed.
+
+    after_s: seconds after its folder was there, which takes until all is opened.
+    """
     process = subprocess.Popen(
         [sys.executable, "-m", "curiosight", *words],
         stdout=subprocess.DEVNULL,
@@ -95,6 +98,8 @@ def run(words: Sequence[str], after_s: float | None = None) -> int | None:
         text=True,
         start_new_session=True,
     )
+    while after_s is not None and process.poll() is None and not out.exists():
+        time.sleep(0.002)
     try:
         _, err = process.communicate(timeout=after_s)
     except subprocess.TimeoutExpired:
@@ -138,6 +143,11 @@ def unreadable(out: Path) -> list[str]:
     return bad
 
 
+def began_s(out: Path) -> float:
+    """Return when the first file of a run was written, seconds since 1970."""
+    return min(path.stat().st_mtime for path in out.rglob("*") if path.is_file())
+
+
 def n_steps(out: Path) -> int:
     path = out / "steps.csv"
     return max(0, path.read_text().count("\n") - 1) if path.is_file() else 0
@@ -156,16 +166,15 @@ def n_kept(out: Path) -> int:
 def kill_often(command: Command, n_kills: int, folder: Path, rng: np.random.Generator) -> Tally:
     """Kill a command so often; return what became of it."""
     whole, out = folder / command.name, folder / f"{command.name}-killed"
-    run(command.begin(folder / "warm-up"))  # kernels are compiled once
+    run(command.begin(folder / "warm-up"), folder)  # kernels are compiled once
     shutil.rmtree(folder / "warm-up", ignore_errors=True)
-    start = time.perf_counter()
-    run(command.begin(whole))
-    tally = Tally(command.name, round(time.perf_counter() - start, 1))
+    run(command.begin(whole), whole)
+    tally = Tally(command.name, round(time.time() - began_s(whole), 1))
     wanted = contents(whole)
     for _ in range(n_kills):
         shutil.rmtree(out, ignore_errors=True)
         tally.n_kills += 1
-        if run(command.begin(out), rng.uniform(0, tally.seconds)) is not None:
+        if run(command.begin(out), out, rng.uniform(0, tally.seconds)) is not None:
             tally.n_ended += 1
         _go_on(command, out, tally, rng)
         if command.is_begun(out):
@@ -193,7 +202,8 @@ def _go_on(command: Command, out: Path, tally: Tally, rng: np.random.Generator) 
         if command.name == "explore":
             tally.n_redone.append(n_steps(out) - n_kept(out))
         is_again = rng.random() < KILLED_AGAIN
-        if run(command.go_on(out), rng.uniform(0, tally.seconds) if is_again else None) is not None:
+        after_s = rng.uniform(0, 2 * tally.seconds) if is_again else None
+        if run(command.go_on(out), out, after_s) is not None:
             return
         tally.n_again += 1
 

@@ -21,7 +21,7 @@ from curiosight.cli.lessons import (
 )
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.resume import Resume, check_alone, given_now, open_run, read_summary
+from curiosight.cli.resume import Resume, check_alone, given_now, no_source, open_run, read_summary
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.experiments.command_file import GivenCommand
@@ -126,7 +126,7 @@ def explore(
         _resume(talk, resume)
         return
     if source is None:
-        raise ValueError("SOURCE: expected one, or --resume RUN, got none")
+        raise no_source("explore")
     settings = load_config(
         preset,
         config,
@@ -221,6 +221,11 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
     """Say what the run starts from."""
     if run.so_far.n_steps:
         talk.note(f"goes on after {count(run.so_far.n_steps, 'step')}")
+    elif given.from_ is not None:
+        talk.note(
+            "goes on with the samples, trees and places of that model; progress of regions and "
+            "what the teacher remembers begin anew"
+        )
     if given.test is not None:
         talk.introduce(Path(given.test), run.truth.dataset)
     if run.config != settings:

@@ -19,7 +19,7 @@ from curiosight.cli.lessons import (
     tell_samples,
 )
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.resume import Resume, check_alone, given_now, open_run, read_summary
+from curiosight.cli.resume import Resume, check_alone, given_now, no_source, open_run, read_summary
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config, to_toml
 from curiosight.errors import DataError
@@ -73,7 +73,7 @@ def learn(
         _resume(talk, resume)
         return
     if source is None:
-        raise ValueError("SOURCE: expected one, or --resume RUN, got none")
+        raise no_source("learn")
     settings = load_config(
         preset,
         config,

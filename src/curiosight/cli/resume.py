@@ -47,6 +47,12 @@ def check_alone(context: typer.Context) -> None:
             )
 
 
+def no_source(command: str) -> ValueError:
+    """Return what to raise where neither a source nor a run was said."""
+    told = f"see `curiosight {command} --help`"
+    return ValueError(f"SOURCE: expected one, or --resume RUN, got none ({told})")
+
+
 def open_run(run: Path, command: str) -> tuple[GivenCommand, OutputFolder]:
     """Return what the run of a folder was given, and the folder to write on in."""
     given = GivenCommand.read(run, command)
