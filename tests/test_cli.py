@@ -115,7 +115,7 @@ def test_objects_are_described_in_pixels_and_metres(
 
 
 def test_learn_writes_a_model_and_says_what_it_took(model: Path) -> None:
-    assert files(model) == {"config.toml", "model.npz", "summary.json"}
+    assert files(model) == {"command.json", "config.toml", "model.npz", "summary.json"}
     summary = json.loads((model / "summary.json").read_text())
     assert summary["frames"] == 8
     assert summary["samples_drawn"] == summary["samples_kept"] == 8 * 700

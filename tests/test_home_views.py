@@ -14,8 +14,10 @@ from curiosight.config import load_config
 from curiosight.datasets import KnowsPlaces, check_dataset, known_places, open_dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
+from curiosight.experiments.command_file import GivenCommand
 from curiosight.experiments.components import make_learner
-from curiosight.experiments.exploring import Exploration
+from curiosight.experiments.exploring import Exploration, Mode
+from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.rendering import render_room
 from curiosight.frame import Camera, Frame, Label, Viewpoint
@@ -209,12 +211,31 @@ def test_an_exploration_is_tested_on_the_home_as_it_is(
 ) -> None:
     monkeypatch.setattr(home_views, "N_TEST_VIEWS", 1)
     config = load_config("default")
-    explorer = replace(config.explorer, strategy="chronological", n_steps=7)
+    explorer = replace(config.explorer, strategy="chronological", n_steps=9)
     config = replace(config, explorer=explorer, teacher=replace(config.teacher, n_survey_frames=3))
-    run = Exploration(config, changing, OutputFolder(tmp_path / "run", "explore", Path("home")))
+    given = GivenCommand("explore", "1", "home")
+
+    def begun(name: str, mode: Mode = "new") -> Exploration:
+        out = OutputFolder(tmp_path / name, "explore", Path("home"), overwrite=True)
+        keeping = Keeping(every_looks=7, max_share=1.0)
+        return Exploration(config, changing, out, given=given, mode=mode, keeping=keeping)
+
+    run = begun("whole")
     sources = [str(run.truth.dataset.path) for _ in run]  # type: ignore[attr-defined]
-    assert ["change" in source for source in sources] == 6 * [False] + [True]
-    assert run.finish()["test_source"].endswith("change=6:rearrange=1:room=1")
+    assert ["change" in source for source in sources] == 6 * [False] + 3 * [True]
+    summary = run.finish()
+    assert summary["test_source"].endswith("change=6:rearrange=1:room=1")
+
+    # Ended after the change, it goes on in the home as it is then, with its noise of each look.
+    for step, _ in begun("ended"):
+        if step.index == 7:
+            break
+    again = begun("ended", "resumed")
+    assert [step.index for step, _ in again] == [7, 8]
+    assert again.finish() == summary
+    assert not again.is_other_than_before
+    for name in ("steps.csv", "model.npz"):
+        assert (tmp_path / "ended" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
 def test_a_change_moves_the_things_of_its_room_after_its_look(

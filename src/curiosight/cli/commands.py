@@ -19,6 +19,7 @@ COMMANDS = {
     "look next.",
     "watch": "Watch a source live: map its newest frame, learn meanwhile, say where to go and why.",
     "ros": "Run a ROS 2 node: map what a camera sees, learn meanwhile, and explore by Nav2.",
+    "report": "Make report.html and figures/ of a run of explore again, from what is there.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",

@@ -1,0 +1,252 @@
+"""Kill commands without warning at random moments, go on with them, and compare every byte.
+
+    python benchmarks/kills.py RECORDING [--kills 200] [--commands explore,learn,compare]
+        [--options "--strategy progress-rate"] [--seed 0]
+
+Each command is run to its end once. Then it is begun again and again, killed (SIGKILL, with all its
+processes) at a random moment after its folder is there, every file that it left is read, and it is
+gone on with by --resume; every fourth time that is killed, too. Prints a table, and keeps it in
+benchmarks/results/kills.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from curiosight.experiments.snapshot import KIND, STATE
+from curiosight.learner.archive import MODEL, read_archive
+from curiosight.learner.model_file import KIND as MODEL_KIND
+
+RESULTS = Path(__file__).parent / "results" / "kills.json"
+# What tells times, or of them, differs between any two runs; state.npz goes with the run.
+TIMED = ("timings.csv", "timings.json", "report.html", STATE)
+KILLED_AGAIN = 0.25
+STEPS = {"explore": 60, "compare": 12}
+
+
+@dataclass
+class Tally:
+    """What became of a command's kills.
+
+    n_ended: had ended before. n_early: nothing was written yet, so that there was nothing to go on
+    with. n_again: of those that went on, killed again. n_equal: finished with the same bytes.
+    n_redone: looks that were on the disk and were looked at again, of each kill.
+    """
+
+    command: str
+    seconds: float
+    n_kills: int = 0
+    n_ended: int = 0
+    n_early: int = 0
+    n_again: int = 0
+    n_unreadable: int = 0
+    n_other: int = 0
+    n_equal: int = 0
+    n_redone: list[int] = field(default_factory=list)
+
+
+class Command:
+    """A command that is killed: its words, and how it is gone on with."""
+
+    def __init__(self, name: str, source: str, options: Sequence[str]) -> None:
+        self.name, self._source, self._options = name, source, options
+
+    def begin(self, out: Path) -> list[str]:
+        """Return the words of a whole run."""
+        length = ["--steps", str(STEPS[self.name])] if self.name in STEPS else []
+        if self.name == "compare":
+            length += ["--strategies", "random,sweep", "--seeds", "2", "--workers", "2"]
+        own = self._options if self.name == "explore" else ()
+        return [self.name, self._source, *length, *own, "--out", str(out), "--quiet"]
+
+    def go_on(self, out: Path) -> list[str]:
+        """Return the words that go on with it."""
+        where = (
+            ["--out", str(out), "--resume"] if self.name == "compare" else ["--resume", str(out)]
+        )
+        return [self.name, *where, "--quiet"]
+
+    def is_begun(self, out: Path) -> bool:
+        """Tell whether so much is written that it can be gone on with."""
+        return (out / ("compare.toml" if self.name == "compare" else "command.json")).is_file()
+
+
+def run(words: Sequence[str], out: Path, after_s: float | None = None) -> int | None:
+    """Run a command; return its exit status, None where it was killed.
+
+    after_s: seconds after its folder was there, which takes until all is opened.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-m", "curiosight", *words],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while after_s is not None and process.poll() is None and not out.exists():
+        time.sleep(0.002)
+    try:
+        _, err = process.communicate(timeout=after_s)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        return None
+    if process.returncode not in (0, 1):
+        print(f"{shlex.join(words)}: {process.returncode}\n{err}", file=sys.stderr)
+    return process.returncode
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    """Return what a run says but for its times."""
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes()
+        for path in sorted(out.rglob("*"))
+        if path.is_file() and path.name not in TIMED and "figures" not in path.parts
+    }
+
+
+def unreadable(out: Path) -> list[str]:
+    """Return the files that are there under their names and cannot be read."""
+    bad = []
+    for path in out.rglob("*"):
+        if path.name.startswith("."):
+            continue
+        try:
+            if path.name in (MODEL, STATE):
+                read_archive(path, MODEL_KIND if path.name == MODEL else KIND)
+            elif path.suffix in (".npy", ".npz"):
+                np.load(path)
+            elif path.suffix == ".json":
+                json.loads(path.read_text("utf-8"))
+            elif path.suffix == ".csv":
+                content = path.read_text("utf-8")
+                lines = list(csv.reader(content.splitlines()))
+                if content and (not content.endswith("\n") or len({*map(len, lines)}) > 1):
+                    raise ValueError("a broken line")
+        except Exception as error:  # whatever it is, it is counted
+            bad.append(f"{path}: {error}")
+    return bad
+
+
+def began_s(out: Path) -> float:
+    """Return when the first file of a run was written, seconds since 1970."""
+    return min(path.stat().st_mtime for path in out.rglob("*") if path.is_file())
+
+
+def n_steps(out: Path) -> int:
+    path = out / "steps.csv"
+    return max(0, path.read_text().count("\n") - 1) if path.is_file() else 0
+
+
+def n_kept(out: Path) -> int:
+    """Return after how many steps the state of an exploration was written."""
+    if not (out / STATE).is_file():
+        return 0
+    header, _ = read_archive(out / STATE, KIND)
+    sizes = dict(zip(header["state"][1], header["state"][2], strict=True))["sizes"]
+    content = (out / "steps.csv").read_bytes()[: sizes[1][0]]
+    return content.count(b"\n") - 1
+
+
+def kill_often(command: Command, n_kills: int, folder: Path, rng: np.random.Generator) -> Tally:
+    """Kill a command so often; return what became of it."""
+    whole, out = folder / command.name, folder / f"{command.name}-killed"
+    run(command.begin(folder / "warm-up"), folder)  # kernels are compiled once
+    shutil.rmtree(folder / "warm-up", ignore_errors=True)
+    run(command.begin(whole), whole)
+    tally = Tally(command.name, round(time.time() - began_s(whole), 1))
+    wanted = contents(whole)
+    for _ in range(n_kills):
+        shutil.rmtree(out, ignore_errors=True)
+        tally.n_kills += 1
+        if run(command.begin(out), out, rng.uniform(0, tally.seconds)) is not None:
+            tally.n_ended += 1
+        _go_on(command, out, tally, rng)
+        if command.is_begun(out):
+            found = {
+                name: one.replace(str(out).encode(), str(whole).encode())
+                for name, one in contents(out).items()
+            }
+            differing = [name for name in {*found, *wanted} if found.get(name) != wanted.get(name)]
+            tally.n_equal += not differing
+            if differing:
+                tally.n_other += 1
+                print(f"{command.name}: {differing} are others", file=sys.stderr)
+    return tally
+
+
+def _go_on(command: Command, out: Path, tally: Tally, rng: np.random.Generator) -> None:
+    """Look at what was left, and go on until the end."""
+    while True:
+        bad = unreadable(out)
+        tally.n_unreadable += len(bad)
+        print(*bad, sep="\n", end="", file=sys.stderr)
+        if not command.is_begun(out):
+            tally.n_early += 1
+            return
+        if command.name == "explore":
+            tally.n_redone.append(n_steps(out) - n_kept(out))
+        is_again = rng.random() < KILLED_AGAIN
+        after_s = rng.uniform(0, 2 * tally.seconds) if is_again else None
+        if run(command.go_on(out), out, after_s) is not None:
+            return
+        tally.n_again += 1
+
+
+def table(tallies: Sequence[Tally]) -> str:
+    """Return the table as Markdown."""
+    lines = [
+        "| command (s) | kills | nothing begun | ended before | killed again | unreadable files "
+        "| finished to the same bytes | otherwise | looks done again: mean, most |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for one in tallies:
+        redone = one.n_redone or [0]
+        lines.append(
+            f"| {one.command} ({one.seconds}) | {one.n_kills} | {one.n_early} | {one.n_ended} "
+            f"| {one.n_again} | {one.n_unreadable} | {one.n_equal} | {one.n_other} "
+            f"| {np.mean(redone):.1f}, {max(redone)} |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording", help="a folder, or a room such as room:7,views=12")
+    parser.add_argument("--kills", type=int, default=200, help="of all commands together")
+    parser.add_argument("--commands", default="explore,learn,compare")
+    parser.add_argument("--options", default="", help="of explore")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    rng = np.random.default_rng(arguments.seed)
+    names = arguments.commands.split(",")
+    source = arguments.recording
+    source = str(Path(source).absolute()) if Path(source).exists() else source
+    with tempfile.TemporaryDirectory() as folder:
+        tallies = []
+        for number, name in enumerate(names):
+            n_kills = (arguments.kills + number) // len(names)
+            command = Command(name, source, shlex.split(arguments.options))
+            tallies.append(kill_often(command, n_kills, Path(folder), rng))
+            print(table(tallies[-1:]), flush=True)
+    RESULTS.write_text(json.dumps([asdict(one) for one in tallies], indent=1) + "\n")
+    print(table(tallies))
+
+
+if __name__ == "__main__":
+    main()
