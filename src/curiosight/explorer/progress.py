@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from typing import Literal
 
@@ -95,12 +96,14 @@ class ProgressMeter:
         self._smoothing = smoothing
         self._min_errors = min_errors
         self._undefined = undefined
-        self._errors: dict[int, list[float]] = {}
+        # No more than progress is measured by: a robot looks for weeks.
+        self._n_kept = max(theta + smoothing - 1, min_errors)
+        self._errors: dict[int, deque[float]] = {}
         self._n_visits: dict[int, int] = {}
 
     def add(self, region: int, error: float | None) -> None:
         """Count a visit to the region, and its error (eq. 1) where one is known."""
-        errors = self._errors.setdefault(region, [])
+        errors = self._errors.setdefault(region, deque(maxlen=self._n_kept))
         self._n_visits[region] = self.n_visits(region) + 1
         if error is None and errors and self._undefined == "repeat":
             error = errors[-1]
@@ -116,7 +119,7 @@ class ProgressMeter:
         None = not known yet. 0 where theta visits gave too few errors to tell: a bare wall
         must not stay the most promising place for ever.
         """
-        errors = self._errors.get(region, [])
+        errors = list(self._errors.get(region, ()))
         progress = learning_progress(
             errors, theta=self._theta, smoothing=self._smoothing, min_errors=self._min_errors
         )
