@@ -39,7 +39,7 @@ _REMEDIES = {
 
 @dataclass(slots=True)
 class _Frames:
-    """Frames of one problem. first: its id, and what is wrong with it. ids: so far, up to a limit."""
+    """Frames of one problem. first: id of the first, detail: what is wrong with it. ids: known."""
 
     first: str
     detail: str
