@@ -22,7 +22,7 @@ from curiosight.experiments.keeping import Keeping
 from curiosight.learner.learner import SaliencyLearner
 
 Capsys = pytest.CaptureFixture[str]
-WRITTEN = {"config.toml", "steps.csv", "decisions.csv", "timings.csv"}
+WRITTEN = {"command.json", "config.toml", "steps.csv", "decisions.csv", "timings.csv"}
 pytestmark = pytest.mark.usefixtures("ctrl_c_as_usual")
 # A test that runs in the background of a shell hands down an ignored Ctrl-C.
 PROGRAM = """
@@ -217,7 +217,7 @@ def test_killed_run_leaves_its_model_and_nothing_of_an_earlier_one(
     wait_for(process, lambda: n_steps_in(out) > 60)
     process.kill()
     process.communicate(timeout=60)
-    assert files(out) == {*WRITTEN, "model.npz", "mine.txt"}
+    assert files(out) == {*WRITTEN, "state.npz", "model.npz", "mine.txt"}
     learner = SaliencyLearner.load(out / "model.npz")
     assert learner.forest.is_trained
     assert learner.forest.n_samples % (50 * 700) == 0

@@ -26,12 +26,20 @@ class Step:
 
 
 def explore(
-    world: World, learner: SaliencyLearner, strategy: Strategy, n_steps: int
+    world: World,
+    learner: SaliencyLearner,
+    strategy: Strategy,
+    n_steps: int,
+    *,
+    n_done: int = 0,
 ) -> Iterator[Step]:
-    """Yield one Step per frame; the learner has learned from it when it is yielded."""
+    """Yield one Step per frame; the learner has learned from it when it is yielded.
+
+    n_done: of the steps, those that all three have behind them.
+    """
     from curiosight.explorer.outcome import Outcome  # at use: `--help` waits for no NumPy
 
-    for index in range(n_steps):
+    for index in range(n_done, n_steps):
         viewpoint = strategy.choose()
         cost = world.move_to(viewpoint)
         observation = learner.observe(world.capture())

@@ -27,9 +27,21 @@ def replace_file(path: Path, content: bytes, *, is_synced: bool = False) -> None
                     file.flush()
                     os.fsync(file.fileno())
             os.replace(partial, path)
+            if is_synced:
+                _sync_folder(path.parent)
         finally:
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Wait until a folder's new names are on the disk; not every system can tell."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ COMMANDS = {
     "info": "Say what a recording is: layout, frames, camera, poses, ground truth, regions.",
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
+    "report": "Make report.html and figures/ of a run of explore again, from what is there.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",

@@ -11,7 +11,7 @@ import typer
 
 from curiosight.cli import options
 from curiosight.cli.explore import follow
-from curiosight.cli.explore_examples import example_of
+from curiosight.cli.explore_examples import taught_examples
 from curiosight.cli.explore_report import (
     LEFTOVERS,
     REPORT,
@@ -32,7 +32,6 @@ from curiosight.experiments.demonstrating import (
     draw_demo_room,
 )
 from curiosight.experiments.output import OutputFolder
-from curiosight.explore import Step
 from curiosight.viewing.examples import Example
 from curiosight.viewing.examples import examples as draw_examples
 from curiosight.viewing.live import announce_compilation
@@ -75,13 +74,15 @@ def demo(
         talk.note("lighting it, before and after the move, and surveying it")
         run = Demonstration(settings, views, folder, leftovers=(*LEFTOVERS, _AFTER_MOVE))
         with CtrlC() as ctrl_c:
-            shown_steps = follow(talk, run.exploration, ctrl_c)
+            follow(talk, run.exploration, ctrl_c)
             tested = [] if ctrl_c.is_pressed else _test(talk, run, ctrl_c)
             summary = run.finish()
-            _write_report(run, summary, shown_steps, tested, folder, command)
+            _write_report(run, summary, tested, folder, command)
     explored = run.exploration
     tell_lessons(talk, explored.lessons, has_learned=explored.has_learned)
-    talk.results("demo", _rows(summary, folder.path / REPORT), {**summary, "out": str(folder.path)})
+    times = explored.times()
+    content = {**summary, "explored": {**summary["explored"], **times}, "out": str(folder.path)}
+    talk.results("demo", _rows(summary, times, folder.path / REPORT), content)
     if ctrl_c.is_pressed:
         stopped = count(summary["explored"]["steps"], "step")
         if summary["views_after_move"]:
@@ -109,18 +110,18 @@ def _test(talk: Talk, run: Demonstration, ctrl_c: CtrlC) -> list[Tested]:
 def _write_report(
     run: Demonstration,
     summary: dict[str, Any],
-    steps: Sequence[Step],
     tested: Sequence[Tested],
     folder: OutputFolder,
     command: Sequence[str],
 ) -> None:
-    """Draw the figures and the report, with some of the steps and tests as examples."""
-    taught = [example_of(run.exploration, step) for step in steps]
+    """Draw the figures and the report, with some of the looks and tests as examples."""
+    taught = taught_examples(run.exploration)
     draw_figures(run.exploration, folder, taught)
     moved = [_example_of(run, view) for view in tested]
     if moved:
         draw_examples(moved, folder.file(_AFTER_MOVE))
-    report = exploration_report(run.exploration, summary["explored"], taught, command)
+    explored = {**summary["explored"], **run.exploration.times()}
+    report = exploration_report(run.exploration, explored, taught, command)
     write_report(demo_report(report, summary, moved), folder.file(REPORT))
 
 
@@ -174,7 +175,7 @@ def _results(summary: dict[str, Any]) -> Results:
     return Results(title, ("curiosight", BASELINE), tuple(rows))
 
 
-def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
+def _rows(summary: dict[str, Any], times: dict[str, Any], report: Path) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
     explored = summary["explored"]
     rows: dict[str, Any] = {
@@ -198,7 +199,7 @@ def _rows(summary: dict[str, Any], report: Path) -> dict[str, Any]:
         beside = f"{format_value(ours[part])}, {BASELINE} {format_value(baseline[part])}"
         rows[f"ROC AUC, {where}"] = beside
     rows |= tell_places(explored["places"])
-    for stage, spent in explored["stages"].items():
+    for stage, spent in times["stages"].items():
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["seconds"] = f"{summary['seconds']:.0f}"
     rows["open"] = report

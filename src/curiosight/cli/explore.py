@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from curiosight.cli import options
-from curiosight.cli.again import command_again
-from curiosight.cli.explore_examples import example_of
-from curiosight.cli.explore_report import LEFTOVERS, REPORT, draw_figures, exploration_report
+from curiosight.cli.explore_report import REPORT
+from curiosight.cli.explore_run import reopened, tell_run
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
@@ -22,23 +21,23 @@ from curiosight.cli.lessons import (
 )
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
+from curiosight.cli.resume import Resume, check_alone, given_now, open_run, read_summary
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
-from curiosight.experiments.exploring import Exploration, load_run_model
+from curiosight.experiments.command_file import GivenCommand
+from curiosight.experiments.contest.settings import absolute_regions
+from curiosight.experiments.exploring import CONFIG, Exploration, Mode, load_run_model
 from curiosight.experiments.output import OutputFolder
-from curiosight.explore import Step
 from curiosight.viewing.live import announce_compilation, describe_step
-from curiosight.viewing.report import write_report
-from curiosight.worlds.sources import open_source
 
-N_EXAMPLES = 4
 EXPLORING = "Exploring"
 TESTING = "Testing"
 
 
 @reads_source
 def explore(
-    source: options.Source,
+    context: typer.Context,
+    source: options.ResumableSource = None,
     strategy: Annotated[
         str | None,
         typer.Option(
@@ -107,6 +106,7 @@ def explore(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    resume: Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,
@@ -115,11 +115,18 @@ def explore(
     """Explore a recording: look, predict, compare with depth, learn, choose where to look next.
 
     Writes report.html to look at first, config.toml, steps.csv, decisions.csv, timings.csv,
-    model.npz, summary.json and figures/. Ctrl-C, or a signal to end (SIGTERM, SIGHUP), ends a
-    run early and keeps all of it; model.npz is written every 50 looks or 30 s too, summary.json
-    only at the end. Exit status 1: nothing was learned.
+    model.npz, summary.json, timings.json and figures/. Ctrl-C, or a signal to end (SIGTERM,
+    SIGHUP), ends a run early and keeps all of it; what was learned is written every 50 looks or
+    30 s too. After a kill, --resume RUN goes on to the same bytes. Exit status 1: nothing was
+    learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
+    if resume is not None:
+        check_alone(context)
+        _resume(talk, resume)
+        return
+    if source is None:
+        raise ValueError("SOURCE: expected one, or --resume RUN, got none")
     settings = load_config(
         preset,
         config,
@@ -127,7 +134,7 @@ def explore(
             **reading,
             "explorer.strategy": strategy,
             "explorer.n_steps": steps,
-            "explorer.regions": regions,
+            "explorer.regions": None if regions is None else absolute_regions(regions),
             "test.every": test_every,
             "test.gap": gap,
             "run.seed": seed,
@@ -144,38 +151,59 @@ def explore(
     if test is not None:
         settings = replace(settings, test=replace(settings.test, every=0))
     folder = OutputFolder(out, "explore", source, overwrite=overwrite)
-    opened = partial(open_source, reading=settings.reading)
-    dataset = opened(source, ground_truth=ground_truth if test is None else None)
-    test_source = None if test is None else opened(test, ground_truth=ground_truth)
-    continued = None if from_ is None else load_run_model(from_)
+    model = None if from_ is None else load_run_model(from_)
+    given = given_now("explore", source, test=test, ground_truth=ground_truth, from_=model)
+    _follow_to_its_end(talk, settings, given, folder, "new")
+
+
+def _resume(talk: Talk, path: Path) -> None:
+    """Go on with a run, or say that it is finished; its report is made if that is missing."""
+    given, folder = open_run(path, "explore")
+    settings = load_config(None, path / CONFIG, {})
+    summary = read_summary(path)
+    if summary is None or summary.get("steps", 0) < settings.explorer.n_steps:
+        _follow_to_its_end(talk, settings, given, folder, "resumed")
+        return
+    if not (path / REPORT).is_file():
+        with announce_compilation(talk.console):
+            tell_run(reopened(settings, given, folder, "told"), summary)
+    talk.note(f"{path}: the run is finished after {count(summary['steps'], 'step')}")
+
+
+def _follow_to_its_end(
+    talk: Talk, settings: Config, given: GivenCommand, folder: OutputFolder, mode: Mode
+) -> None:
+    """Run the loop from its beginning or from where it was ended, and tell of it."""
     with announce_compilation(talk.console):
-        run = Exploration(
-            settings,
-            dataset,
-            folder,
-            test_source=test_source,
-            continued=continued,
-            leftovers=LEFTOVERS,
-        )
-        talk.introduce(source, dataset)
-        _introduce(talk, run, test, settings)
+        run = reopened(settings, given, folder, mode)
+        talk.introduce(Path(given.source), run.dataset)
+        _introduce(talk, run, given, settings)
         with CtrlC() as ctrl_c:
-            examples = follow(talk, run, ctrl_c)
+            follow(talk, run, ctrl_c)
             summary = run.finish()
-            taught = [example_of(run, step) for step in examples]
-            draw_figures(run, folder, taught)
-            given = {"test": test, "ground-truth": ground_truth, "from": from_}
-            again = command_again("explore", [source], given)
-            write_report(exploration_report(run, summary, taught, again), folder.file(REPORT))
+            tell_run(run, summary)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     _tell_tests(talk, run)
+    _tell_keeping(talk, run)
     tell_lessons(talk, run.lessons, has_learned=run.has_learned)
-    talk.results("explore", _rows(summary, folder), {**summary, "out": str(folder.path)})
+    times = run.times()
+    content = {**summary, **times, "out": str(folder.path)}
+    talk.results("explore", _rows(summary, times, folder), content)
     if ctrl_c.is_pressed:
-        talk.note(f"stopped after {count(len(run.rows), 'step')}; run and model are kept")
+        again = shlex.join(["curiosight", "explore", "--resume", str(folder.path)])
+        stopped = count(summary["steps"], "step")
+        talk.note(f"stopped after {stopped}; run and model are kept; go on with {again}")
         raise typer.Exit(ctrl_c.status)
     if not run.has_learned:
         raise typer.Exit(LEARNED_NOTHING_STATUS)
+
+
+def _tell_keeping(talk: Talk, run: Exploration) -> None:
+    """Tell where going on with the run is, or was, not what it should be."""
+    if run.unkept is not None:
+        talk.warn(f"{run.unkept}: --resume would do the whole run again, to the same end")
+    if run.is_other_than_before:
+        talk.warn("steps that were done again came out otherwise: is the source another one?")
 
 
 def _tell_tests(talk: Talk, run: Exploration) -> None:
@@ -189,10 +217,12 @@ def _tell_tests(talk: Talk, run: Exploration) -> None:
         talk.note(sentence)
 
 
-def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config) -> None:
+def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Config) -> None:
     """Say what the run starts from."""
-    if test is not None:
-        talk.introduce(test, run.truth.dataset)
+    if run.so_far.n_steps:
+        talk.note(f"goes on after {count(run.so_far.n_steps, 'step')}")
+    if given.test is not None:
+        talk.introduce(Path(given.test), run.truth.dataset)
     if run.config != settings:
         talk.note("the model goes on with its own features and forest, not with these settings'")
     talk.note(
@@ -220,26 +250,14 @@ def _introduce(talk: Talk, run: Exploration, test: Path | None, settings: Config
         talk.note(f"  without {count(n_left_out, 'test frame')}: bad, or nothing salient in view")
 
 
-def follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> list[Step]:
-    """Run the loop to its end or to Ctrl-C; return some of its last steps."""
-    n_steps = run.config.explorer.n_steps
-    examples: list[Step] = []
-    with talk.following("explore", n_steps) as shown:
-        for step, row in ctrl_c.until_pressed(run):
+def follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> None:
+    """Run the loop to its end or to Ctrl-C."""
+    with talk.following("explore", run.config.explorer.n_steps) as shown:
+        for _ in range(run.so_far.n_steps):
+            shown.advance()
+        for _, row in ctrl_c.until_pressed(run):
             name = run.regions.names[row.region] if row.region >= 0 else None
             shown.advance(describe_step(row.error, name, row.overall_error))
-            if step.observation.error is not None:
-                examples = _keep_spread(examples, step, n_steps)
-    return examples
-
-
-def _keep_spread(examples: list[Step], step: Step, n_steps: int) -> list[Step]:
-    """Keep the latest step of every quarter of the run, each frame once."""
-    quarter = step.index * N_EXAMPLES // n_steps
-    others = [kept for kept in examples if kept.index * N_EXAMPLES // n_steps != quarter]
-    if any(kept.viewpoint.index == step.viewpoint.index for kept in others):
-        return examples
-    return [*others, step]
 
 
 def tested_on(run: Exploration) -> str:
@@ -249,7 +267,7 @@ def tested_on(run: Exploration) -> str:
     return f"{run.truth.kind}, {count(len(run.truth.indices), 'frame')}"
 
 
-def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
+def _rows(summary: dict[str, Any], times: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
     rows = {
         "steps": summary["steps"],
@@ -265,7 +283,7 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     }
     if summary["metres"] or summary["degrees"]:  # neither is known without poses
         rows["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees"
-    for stage, spent in summary["stages"].items():
+    for stage, spent in times["stages"].items():
         rows[f"{stage} (ms)"] = f"{spent['median_ms']:.1f}, p90 {spent['p90_ms']:.1f}"
     rows["written to"] = folder.path
     return rows

@@ -2,29 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from curiosight.datasets import Dataset
 from curiosight.datasets.dataset import GroundTruth
 from curiosight.errors import DataError
 from curiosight.experiments.exploring import Exploration
-from curiosight.explore import Step
+from curiosight.experiments.steps import StepRow
 from curiosight.learner.observation import Teaches
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.examples import Example
 
-N_TEST_EXAMPLES = 3
+N_TAUGHT, N_TEST_EXAMPLES = 4, 3
 
 
-def example_of(run: Exploration, step: Step) -> Example:
-    """Return what was seen in a step, beside what the model says now."""
-    frame = step.observation.frame
+def taught_examples(run: Exploration) -> list[Example]:
+    """Return the latest look of every quarter of a run, each frame once, beside what it says now.
+
+    Only looks that show something salient count. They are looked at again.
+    """
+    chosen = _latest_of_quarters(run.rows, run.config.explorer.n_steps)
+    view_of = {run.dataset.ids[view.index]: view.index for view in run.world.views}
+    return [_example_of(run, view_of[row.id], row.step) for row in chosen]
+
+
+def _latest_of_quarters(rows: Sequence[StepRow], n_steps: int) -> list[StepRow]:
+    chosen: list[StepRow] = []
+    for row in rows:
+        if row.error is None:
+            continue
+        quarter = row.step * N_TAUGHT // n_steps
+        others = [kept for kept in chosen if kept.step * N_TAUGHT // n_steps != quarter]
+        if all(kept.id != row.id for kept in others):
+            chosen = [*others, row]
+    return chosen
+
+
+def _example_of(run: Exploration, view: int, step: int) -> Example:
+    frame = run.world.look_again(view, step)
     return Example(
         frame.id,
         frame.rgb,
-        step.observation.segmentation,
+        run.segment_again(frame),
         run.learner.saliency(frame.rgb, frame.T_world_camera),
-        _ground_truth(run.dataset, step.viewpoint.index),
+        _ground_truth(run.dataset, view),
     )
 
 

@@ -15,6 +15,7 @@ from curiosight.cli.versions import versions
 from curiosight.config import to_toml
 from curiosight.experiments.exploring import DECISIONS, Exploration
 from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.steps import StepRow
 from curiosight.explorer.from_above import seen_from_above
 from curiosight.rooms import DrawnViews
 from curiosight.viewing.examples import Example
@@ -74,7 +75,9 @@ _FILES = {
     "decisions.csv": "what was weighed each time a region was chosen, and why it was that one",
     "timings.csv": "milliseconds of every step",
     "summary.json": "the results, for programs",
+    "timings.json": "what the clock told of it",
     "config.toml": "all settings",
+    "command.json": "source and recordings, to go on with the run or to tell of it again",
     "model.npz": "the model, to map or evaluate with, or to go on from",
     "figures/": "the figures as PNG",
 }
@@ -85,24 +88,25 @@ def exploration_report(
 ) -> Report:
     """Tell an exploration as a report.
 
-    summary: what `Exploration.finish` returned. taught: examples that were learned from.
-    command: that runs it again from this folder.
+    summary: what `Exploration.finish` returned, and the run's `times`.
+    taught: examples that were learned from. command: that runs it again from this folder.
     """
     unseen = list(unseen_examples(run)) if not run.n_learned else []
+    rows = run.rows
     return Report(
         title=f"A look around {Path(summary['source']).name}",
-        sentence=_sentence(run, summary),
+        sentence=_sentence(run, summary, rows),
         took=took(summary["seconds"]),
-        results=[_results(run)],
+        results=[_results(run, summary, rows)],
         examples=[
             ExampleGroup("Views it never learned from", unseen),
             ExampleGroup("Views it learned from", taught),
         ],
-        steps=run.rows,
+        steps=rows,
         region_names=run.regions.names,
-        decisions=run.decisions.last,
+        decisions=run.last_decisions,
         region_note=_POSE_REGIONS if run.regions.kind.startswith("pose") else "",
-        room_map=_room_map(run),
+        room_map=_room_map(run, rows),
         making=_making(run, summary, command),
         problems=list(_problems(run, summary)),
         limits=list(_limits(run)),
@@ -111,13 +115,13 @@ def exploration_report(
 
 def draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Example]) -> None:
     """Write the figures of an exploration as PNG; taught: examples that were learned from."""
-    learning_curve(run.rows, folder.file("figures/learning_curve.png"))
-    names = run.regions.names
-    time_per_region(run.rows, names, folder.file("figures/time_per_region.png"))
+    rows, names = run.rows, run.regions.names
+    learning_curve(rows, folder.file("figures/learning_curve.png"))
+    time_per_region(rows, names, folder.file("figures/time_per_region.png"))
     regions_from_above(
         run.dataset.poses,
         run.regions,
-        _visited(run),
+        _visited(run, rows),
         folder.file("figures/regions.png"),
         up=run.survey.up_world,
     )
@@ -125,9 +129,9 @@ def draw_figures(run: Exploration, folder: OutputFolder, taught: Sequence[Exampl
         draw_examples(taught, folder.file("figures/examples.png"))
 
 
-def _room_map(run: Exploration) -> RoomMap:
+def _room_map(run: Exploration, rows: Sequence[StepRow]) -> RoomMap:
     """Return where the run looked; of a drawn room also what stands there."""
-    visited = _visited(run)
+    visited = _visited(run, rows)
     if not isinstance(run.dataset, DrawnViews):
         views = seen_from_above(run.dataset.poses, run.survey.up_world)
         return RoomMap(views, run.regions.of_view, visited)
@@ -142,24 +146,24 @@ def _room_map(run: Exploration) -> RoomMap:
     )
 
 
-def _visited(run: Exploration) -> list[int]:
+def _visited(run: Exploration, rows: Sequence[StepRow]) -> list[int]:
     """Return the view of each step."""
     indices = {id: index for index, id in enumerate(run.dataset.ids)}
-    return [indices[row.id] for row in run.rows]
+    return [indices[row.id] for row in rows]
 
 
-def _sentence(run: Exploration, summary: dict[str, Any]) -> str:
+def _sentence(run: Exploration, summary: dict[str, Any], rows: Sequence[StepRow]) -> str:
     name = summary["strategy"]
     way = _WAYS.get(name.partition(":")[0], f"as {name} told it")
     sentence = (
-        f"curiosight looked at {count(len(run.rows), 'frame')} in "
+        f"curiosight looked at {count(summary['steps'], 'frame')} in "
         f"{count(run.regions.n_regions, 'region')}, {way}, and learned from depth how objects "
         "look in colour."
     )
     if len(summary["places"]) > 1:
         n_views = ", ".join(map(str, summary["places"]))
         sentence += f" It told {count(len(summary['places']), 'place')} apart ({n_views} views)."
-    errors = _known(run, "overall_error")
+    errors = _known(rows, "overall_error")
     if not errors:
         return sentence
     frames = count(run.held_out.n_frames, "test frame")
@@ -178,19 +182,19 @@ def took(seconds: float) -> str:
     return f"It took {text}."
 
 
-def _results(run: Exploration) -> Results:
+def _results(run: Exploration, summary: dict[str, Any], steps: Sequence[StepRow]) -> Results:
     rows = []
-    if errors := _known(run, "overall_error"):
+    if errors := _known(steps, "overall_error"):
         note = f"against {'what depth says' if run.truth.kind == 'teacher' else 'ground truth'}"
         if n_left_out := len(run.truth.indices) - run.held_out.n_frames:
             note += f"; {count(n_left_out, 'other')} bad, or without anything salient in view"
         name = f"error, mean of {count(run.held_out.n_frames, 'test frame')}"
         rows.append(ResultRow(name, (f"{errors[0]:.2f}", f"{errors[-1]:.2f}"), note))
-        pooled = run.held_out.pooled_error()
+        pooled = summary["pooled_error"]
         name = f"error, {count(run.held_out.n_given, 'test frame')} pooled"
         note = "false alarms where nothing salient is in view count too"
         rows.append(ResultRow(name, ("", "" if pooled is None else f"{pooled:.2f}"), note))
-    if errors := _known(run, "error"):
+    if errors := _known(steps, "error"):
         n_looks = max(1, min(N_LOOKS, len(errors) // 2))
         values = (f"{fmean(errors[:n_looks]):.2f}", f"{fmean(errors[-n_looks:]):.2f}")
         note = f"against what depth says, mean of {count(n_looks, 'look')}"
@@ -198,8 +202,8 @@ def _results(run: Exploration) -> Results:
     return Results("Error, 0 is best and 1 is worst", ("at first", "at the end"), tuple(rows))
 
 
-def _known(run: Exploration, column: str) -> list[float]:
-    values = (getattr(row, column) for row in run.rows)
+def _known(rows: Sequence[StepRow], column: str) -> list[float]:
+    values = (getattr(row, column) for row in rows)
     return [value for value in values if value is not None]
 
 
@@ -223,7 +227,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         for stage, spent in summary["stages"].items()
         if stage != "test" or run.truth.indices
     }
-    files = {name: what for name, what in _FILES.items() if name != DECISIONS or run.decisions.last}
+    files = {name: what for name, what in _FILES.items() if name != DECISIONS or run.last_decisions}
     return Making(shlex.join(command), facts, to_toml(config), times_ms, files)
 
 

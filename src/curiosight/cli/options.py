@@ -25,6 +25,15 @@ Source = Annotated[
         "or room:SEED or home:SEED.",
     ),
 ]
+ResumableSource = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="SOURCE",
+        help="A recording's folder, of nearly any layout (`curiosight info` says how it is read), "
+        "or room:SEED or home:SEED; none with --resume.",
+        show_default=False,
+    ),
+]
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="The folder that explore or learn wrote.")]
 Preset = Annotated[
     str | None,

@@ -96,6 +96,16 @@ class HeldOut:
         other._votes = {key: votes.copy() for key, votes in self._votes.items()}
         return other
 
+    @property
+    def asked(self) -> list[dict[int, float]]:
+        """Of each view which forests are asked, and how much each counts; empty before any was."""
+        return self._asked
+
+    def ask_as_before(self, asked: list[dict[int, float]]) -> None:
+        """Go on as tests that had asked these forests of the same learner."""
+        self._asked = asked
+        self._ask_chosen()
+
     def overall_error(self, change: Change | None = None) -> float | None:
         """Return the mean over the frames of 1 - F1 (eq. 1); None without any frame.
 
@@ -130,6 +140,10 @@ class HeldOut:
     def _ask_all(self) -> None:
         """Find out which forests know each view, and ask all their trees."""
         self._asked = [self._learner.experts.chosen(view.sight) for view in self._views]
+        self._ask_chosen()
+
+    def _ask_chosen(self) -> None:
+        """Ask all trees of the forests that know any view."""
         asking = {key for asked in self._asked for key in asked}
         forests = self._learner.experts.forests()
         self._votes = {key: forests[key].votes(self._rows_for(key)) for key in sorted(asking)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from pathlib import Path
 
 from curiosight.experiments.output import TableFile
@@ -16,13 +17,22 @@ N_LAST = 8  # decisions that a report tells
 class DecisionsFile:
     """One line a candidate of each decision; no file of a strategy that does not explain itself.
 
-    last: the last decisions, and the step that each led to.
+    last: the last decisions, and the step that each led to. n_kept: see `TableFile`.
     """
 
-    def __init__(self, path: Path, strategy: Strategy) -> None:
-        self.last: deque[tuple[int, Decision]] = deque(maxlen=N_LAST)
+    def __init__(
+        self,
+        path: Path,
+        strategy: Strategy,
+        *,
+        last: Iterable[tuple[int, Decision]] = (),
+        n_kept: int | None = None,
+    ) -> None:
+        self.last: deque[tuple[int, Decision]] = deque(last, maxlen=N_LAST)
         self._explains = strategy if isinstance(strategy, Explains) else None
-        self._file = None if self._explains is None else TableFile(path, COLUMNS)
+        self._file = None
+        if self._explains is not None:
+            self._file = TableFile(path, COLUMNS, n_kept=n_kept)
 
     def add(self, step: int) -> None:
         """Write the decision that led to a step, if there was one."""
@@ -43,6 +53,10 @@ class DecisionsFile:
                     "text": decision.text if is_chosen else None,
                 }
             )
+
+    def sync(self) -> int:
+        """Wait until it is on the disk; return its bytes, 0 where there is no file."""
+        return 0 if self._file is None else self._file.sync()
 
     def close(self) -> None:
         """Close the file."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +15,7 @@ from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
+from curiosight.experiments.command_file import COMMAND, GivenCommand
 from curiosight.experiments.components import (
     choose_strategy,
     count_learned,
@@ -25,47 +25,39 @@ from curiosight.experiments.components import (
     make_world,
     note_frames,
     place,
+    same_views,
     survey_dataset,
 )
-from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.dividing import choose_regions, graph_ways
 from curiosight.experiments.keeping import Keeping
-from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.stopwatch import Stopwatch
+from curiosight.experiments.snapshot import STATE, Snapshot
+from curiosight.experiments.so_far import SoFar
+from curiosight.experiments.steps import STEPS, TIMES, StepRow, read_steps, read_times
+from curiosight.experiments.stopwatch import Stopwatch, summarise
+from curiosight.experiments.tables import DECISIONS as DECISIONS
+from curiosight.experiments.tables import Tables
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
-from curiosight.explorer.strategies import check_loadable
-from curiosight.frame import Viewpoint
+from curiosight.explorer.decision import Decision
+from curiosight.explorer.ground import Ways
+from curiosight.explorer.own import is_own
+from curiosight.explorer.strategies import check_loadable, make_strategy
+from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
 from curiosight.rooms.drawn_views import DrawnViews
-from curiosight.worlds import Odometer
+from curiosight.teacher import Segmentation, TemporalTeacher
 from curiosight.worlds.travel import travel_seconds
 
 # Files that a run under way may find of an earlier one; others it replaces at its start.
-DECISIONS = "decisions.csv"
-RESULTS = (MODEL, "summary.json", DECISIONS)
-
-
-@dataclass(frozen=True, slots=True)
-class StepRow:
-    """One line of steps.csv; travel is summed from the start.
-
-    error, overall_error: of rows (superpixels), before maps follow edges; `Evaluation` scores maps.
-    samples: in all forests; one may be in two.
-    """
-
-    step: int
-    id: str
-    region: int
-    error: float | None
-    learning_progress: float | None
-    samples: int
-    metres: float
-    degrees: float
-    overall_error: float | None
+CONFIG, SUMMARY, TIMINGS = "config.toml", "summary.json", "timings.json"
+RESULTS = (MODEL, SUMMARY, TIMINGS, STATE, DECISIONS)
+# By these a run is known; they go first where another takes the folder.
+MAKING = (COMMAND, CONFIG, STEPS, TIMES)
+Mode = Literal["new", "resumed", "told"]
 
 
 class Exploration:
@@ -81,6 +73,10 @@ class Exploration:
     keeping: when the model is written while the run is under way; None = as `Keeping` does.
     leftovers: what an earlier run may have written to the folder beside `RESULTS`; removed when
         this one begins to write.
+    given: the command that it can be gone on with by; None = no state is kept for that.
+    mode: "resumed" goes on where a kill or Ctrl-C ended the run of this folder, made with the
+        same arguments; "told" only reads what that has come to, and writes nothing.
+    unkept: why its state cannot be kept, so that to go on is to begin anew; None = it can.
     is_test_asked: for by settings or `test_source`, or by the room.
     unused_truth: why the ground truth of the recording cannot be tested against, where it was
         not asked for; None = it can, or there is none.
@@ -96,16 +92,18 @@ class Exploration:
         continued: Path | None = None,
         keeping: Keeping | None = None,
         leftovers: Sequence[str] = (),
+        given: GivenCommand | None = None,
+        mode: Mode = "new",
     ) -> None:
         check_loadable(config.explorer.strategy)
         self.dataset = dataset
         self.out = out
-        self.rows: list[StepRow] = []
-        self.problems = Problems()
-        self.lessons = Lessons()
-        self._n_regrown = 0
+        self.so_far = SoFar()
+        self.unkept: str | None = None
         self.unused_truth: str | None = None
         self._continued = continued
+        self._given = given
+        self._is_kept = mode != "new" and (out.path / STATE).is_file()
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
         self._n_before_change: int | None = None
@@ -115,7 +113,7 @@ class Exploration:
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
         self.regions = choose_regions(config, dataset, self.survey)
-        if continued is None:
+        if continued is None or self._is_kept:
             self.learner = make_learner(config, self.teacher, learner_rng)
         else:
             self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
@@ -124,45 +122,101 @@ class Exploration:
         self._graph_ways = graph_ways(self.regions, dataset.poses)
         self.world = make_world(config, dataset, self.regions, training, self._graph_ways)
         views = tuple(self.world.views)
-        self._strategy = choose_strategy(config, views, strategy_rng, ways=self._seconds)
-        self.world.upcoming = self._strategy.upcoming
+        ways = self._seconds
+        self._strategy = choose_strategy(config, views, strategy_rng, ways=ways)
         self.stopwatch = self._watch()
-        self._odometer = Odometer()
         self._keeping = keeping or Keeping()
-        self._remove_old(leftovers)
-        out.write_text("config.toml", to_toml(config))
-        self._steps_file = TableFile(out.file("steps.csv"), [f.name for f in fields(StepRow)])
-        self._times_file = TableFile(out.file("timings.csv"), ["step", *self.stopwatch.stages])
-        self.decisions = DecisionsFile(out.file(DECISIONS), self._strategy)
+        self._snapshot = self._make_snapshot(ways)
+        self.last_decisions: Sequence[tuple[int, Decision]] = ()
+        sizes = self._take_up() if self._is_kept else None
+        self.world.upcoming = self._strategy.upcoming
+        if mode != "told":
+            self._make_room(leftovers, is_new=mode == "new")
+            stages, last = self.stopwatch.stages, self.last_decisions
+            self._tables = Tables(out, self._strategy, stages, n_kept=sizes, last=last)
+            self.last_decisions = self._tables.last_decisions
 
     def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
         """Run the loop; yield each step and its row once both are on disk."""
-        n_steps = self.config.explorer.n_steps
+        n_steps, n_done = self.config.explorer.n_steps, self.so_far.n_steps
+        steps = explore(self.world, self.learner, self._strategy, n_steps, n_done=n_done)
         try:
-            for step in explore(self.world, self.learner, self._strategy, n_steps):
+            for step in steps:
                 row = self._note(step)
-                self.rows.append(row)
-                self._steps_file.add(asdict(row))
-                self.decisions.add(step.index)
-                self._times_file.add({"step": step.index, **self.stopwatch.lap()})
+                self._tables.add(row, self.stopwatch.lap())
+                self.so_far.n_steps = step.index + 1
                 self._keep()
                 yield step, row
         finally:
             self._close()
 
     def finish(self) -> dict[str, Any]:
-        """Write the model and the summary of what has been done so far; return the summary."""
+        """Write the model and the summary of what has been done so far; return the summary.
+
+        And the times. Of a run that is not at its end all is kept that it takes to go on, of
+        one that is, what a report tells.
+        """
         self._close()
+        self._keep_state()
         self._save(is_packed=True)
-        summary = self._summary()
-        self.out.write_json("summary.json", summary)
+        summary = self.summary()
+        self.out.write_json(SUMMARY, summary)
+        self.out.write_json(TIMINGS, self.times())
+        if not self.is_under_way:
+            self._keep_state(is_done=True)
         return summary
+
+    @property
+    def given(self) -> GivenCommand:
+        """The command that the run can be gone on with by; ValueError where there is none."""
+        if self._given is None:
+            raise ValueError("given: expected a command, got None")
+        return self._given
+
+    def segment_again(self, frame: Frame) -> Segmentation:
+        """Return what the teacher says now of a frame that the run has seen; nothing is noted."""
+        if (teacher := self._remembering) is None:
+            return self.teacher.segment(frame)
+        teacher.is_remembering = False
+        try:
+            return teacher.segment(frame)
+        finally:
+            teacher.is_remembering = True
+
+    @property
+    def is_under_way(self) -> bool:
+        """Tell whether the run is not at its end; `summary` is then of what it has come to."""
+        return self.so_far.n_steps < self.config.explorer.n_steps
+
+    @property
+    def rows(self) -> list[StepRow]:
+        """The steps so far, read back from steps.csv."""
+        return read_steps(self.out.path / STEPS, self.so_far.n_steps)
+
+    @property
+    def problems(self) -> Problems:
+        return self.so_far.problems
+
+    @property
+    def lessons(self) -> Lessons:
+        return self.so_far.lessons
+
+    @property
+    def is_other_than_before(self) -> bool:
+        """Tell whether steps that were done again came out otherwise than they stood there."""
+        return self._tables.is_other_than_before
+
+    def times(self) -> dict[str, Any]:
+        """Return what the clock told: seconds in all, and per stage, JSON-able."""
+        laps = read_times(self.out.path / TIMES, self.so_far.n_steps)
+        return {
+            "seconds": round(self.so_far.seconds + time.perf_counter() - self._started, 2),
+            "stages": summarise(laps) if laps else {},
+        }
 
     def _close(self) -> None:
         """End what runs beside the loop; may be called twice."""
-        self._steps_file.close()
-        self._times_file.close()
-        self.decisions.close()
+        self._tables.close()
         self.world.close()
 
     def _seconds(self, start: Viewpoint, goals: Sequence[Viewpoint]) -> npt.NDArray[np.float64]:
@@ -184,19 +238,20 @@ class Exploration:
     @property
     def has_learned(self) -> bool:
         """Tell whether the looks so far changed what the model says."""
-        return self._n_regrown > 0
+        return self.so_far.n_regrown > 0
 
     def _keep(self) -> None:
         """Write the model if it is time to; where that fails the end of the run will say so."""
         if self._keeping.is_due():
             with self._keeping.writing(), suppress(DataError):
+                self._keep_state()
                 self._save(is_packed=False)
 
     def _save(self, *, is_packed: bool) -> None:
-        note_frames(self.learner, self.dataset, {row.id for row in self.rows})
+        note_frames(self.learner, self.dataset, self.so_far.ids)
         self.learner.save(self.out.file(MODEL), is_packed=is_packed)
 
-    def _remove_old(self, leftovers: Sequence[str]) -> None:
+    def _make_room(self, leftovers: Sequence[str], *, is_new: bool) -> None:
         """Remove an earlier run's results, which would pass for this one's until it ends.
 
         The model that this run goes on with stays until there is a newer one.
@@ -205,7 +260,84 @@ class Exploration:
         model = self.out.path / MODEL
         if self._continued is not None and self._continued.resolve() == model.resolve():
             names.remove(MODEL)
-        self.out.remove(sorted(names))
+        if self._is_kept:
+            names -= {MODEL, STATE, DECISIONS}
+        self.out.remove_half_written()
+        self.out.remove([*(MAKING if is_new else ()), *sorted(names)])
+        if is_new:
+            self.out.write_text(CONFIG, to_toml(self.config))
+            if self._given is not None:
+                self._given.write(self.out)
+
+    def _make_snapshot(self, ways: Ways) -> Snapshot:
+        """Return what keeps the state; all that the command makes anew is outside of it."""
+        views = self.world.views
+        outside: dict[str, object] = {
+            "learner": self.learner,
+            "views": views,
+            "ways": ways,
+            "make_strategy": make_strategy,
+            "same_views": same_views,
+        }
+        for view in views:
+            outside[f"view {view.index}"] = view
+            outside[f"pose {view.index}"] = view.T_world_camera
+        strategy = self.config.explorer.strategy
+        own = [strategy.partition(":")[0].partition(".")[0]] if is_own(strategy) else []
+        version = "" if self._given is None else self._given.version
+        return Snapshot(version, self.dataset.ids, outside, own)
+
+    def _keep_state(self, *, is_done: bool = False) -> None:
+        """Write what it takes to go on, or where it is done to tell of the run."""
+        if self._given is None or self.unkept is not None:
+            return
+        now = time.perf_counter()
+        self.so_far.seconds, self._started = self.so_far.seconds + now - self._started, now
+        state: dict[str, Any] = {
+            "sizes": self._tables.sync(),
+            "so_far": self.so_far,
+            "decisions": list(self.last_decisions),
+        }
+        if not is_done:
+            state |= {
+                "learner": self.learner.learned(),
+                "teacher": teacher.memory() if (teacher := self._remembering) else None,
+                "strategy": self._strategy,
+                "world": self.world.state(),
+                "asked": self.held_out.asked,
+            }
+        try:
+            self._snapshot.write(self.out.file(STATE), state)
+        except ValueError as error:
+            self.unkept = str(error)
+
+    def _take_up(self) -> list[int]:
+        """Take over the state of the run so far; return how much of each table is of it."""
+        state = self._snapshot.read(self.out.path / STATE)
+        self.so_far, self.last_decisions = state["so_far"], state["decisions"]
+        if "learner" in state:
+            self._go_on(state)
+        else:
+            model, _ = load_learner(self.out.path / MODEL, self.config, self.teacher)
+            self.learner.take_up(model.learned())
+        return list(state["sizes"])
+
+    def _go_on(self, state: Mapping[str, Any]) -> None:
+        """Put all that steps change where it was."""
+        self.learner.take_up(state["learner"])
+        if (teacher := self._remembering) is not None:
+            teacher.recall(state["teacher"])
+        self._strategy = state["strategy"]
+        self.world.go_on(state["world"], self.so_far.n_steps)
+        if self._n_before_change is not None and self.so_far.n_steps > self._n_before_change:
+            self._test_after_change()
+        if state["asked"]:
+            self.held_out.ask_as_before(state["asked"])
+
+    @property
+    def _remembering(self) -> TemporalTeacher | None:
+        teacher = self.learner.teacher
+        return teacher if isinstance(teacher, TemporalTeacher) else None
 
     def _choose_tests(self, test_source: Dataset | None) -> Sequence[int]:
         """Set up what is tested on, and return the frames to learn from."""
@@ -262,24 +394,24 @@ class Exploration:
         observation = step.observation
         if step.index == self._n_before_change:
             self._test_after_change()
-        self.problems.add_told(observation.frame, observation.segmentation)
-        self.lessons.add(observation.frame, observation.segmentation)
-        self._n_regrown += observation.change.n_regrown
-        self._odometer.add(step.viewpoint.T_world_camera)
-        return StepRow(
+        so_far = self.so_far
+        so_far.add(step)
+        so_far.last = StepRow(
             step=step.index,
             id=observation.frame.id,
             region=step.viewpoint.region,
             error=observation.error,
             learning_progress=step.learning_progress,
             samples=self.learner.n_samples,
-            metres=self._odometer.metres,
-            degrees=self._odometer.degrees,
+            metres=so_far.odometer.metres,
+            degrees=so_far.odometer.degrees,
             overall_error=self.held_out.overall_error(observation.change),
         )
+        return so_far.last
 
-    def _summary(self) -> dict[str, Any]:
-        last = self.rows[-1] if self.rows else None
+    def summary(self) -> dict[str, Any]:
+        """Return what has been done so far, JSON-able; without what the clock told."""
+        last = self.so_far.last
         return {
             "source": place(self.dataset),
             "layout": self.dataset.name,
@@ -289,8 +421,8 @@ class Exploration:
             "seed": self.config.run.seed,
             "regions": self.regions.kind,
             "scene": self.survey.scene,
-            "steps": len(self.rows),
-            "distinct_frames": len({row.id for row in self.rows}),
+            "steps": self.so_far.n_steps,
+            "distinct_frames": len(self.so_far.ids),
             "training_frames": len(self.world.views),
             "overall_error": last.overall_error if last else None,
             "frames_scored": self.held_out.n_frames,
@@ -307,8 +439,6 @@ class Exploration:
             "taught_nothing": self.lessons.summary(),
             "test_frames_learned": self.n_learned,
             "test_problems": self.test_problems.counts(),
-            "stages": self.stopwatch.summary(),
-            "seconds": round(time.perf_counter() - self._started, 2),
         }
 
 

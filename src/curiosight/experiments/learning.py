@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from curiosight.config import Config
@@ -16,6 +17,7 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.problems import Lessons, Problems
+from curiosight.experiments.snapshot import Snapshot
 from curiosight.frame import Frame
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.lesson import Lesson
@@ -36,9 +38,18 @@ class OffLine:
 
     A teacher that remembers is asked twice: what it could not know when it first saw a frame,
     later ones may have told.
+
+    version: of curiosight, for the state that `keep` writes.
     """
 
-    def __init__(self, config: Config, dataset: Dataset, *, teacher: Teaches | None = None) -> None:
+    def __init__(
+        self,
+        config: Config,
+        dataset: Dataset,
+        *,
+        teacher: Teaches | None = None,
+        version: str = "",
+    ) -> None:
         self.config = config
         self.dataset = dataset
         self.teacher = teacher or make_teacher(config, dataset, self.survey)
@@ -48,6 +59,8 @@ class OffLine:
         self.problems = Problems()
         self.lessons = Lessons()
         self._lessons: dict[int, Lesson] = {}
+        self.n_done = 0
+        self._snapshot = Snapshot(version, dataset.ids, {})
 
     @cached_property
     def survey(self) -> Survey:
@@ -67,26 +80,54 @@ class OffLine:
         return teacher if is_posed and isinstance(teacher, TemporalTeacher) else None
 
     def __iter__(self) -> Iterator[Frame]:
-        """Sample each frame; yield it when its samples are taken, see `n_looks`."""
-        for frame, segmentation in self._look():
+        """Sample each frame; yield it when its samples are taken, see `n_looks`.
+
+        n_done: of the looks, those that are behind it; it goes on with the next.
+        """
+        n_frames = len(self.dataset)
+        for frame, segmentation in self._look(self.n_done):
             self.problems.add_told(frame, segmentation)
             self.lessons.add(frame, segmentation)
             yield frame
         if teacher := self._remembering:
             teacher.is_remembering = False
             try:
-                yield from (frame for frame, _ in self._look())
+                yield from (frame for frame, _ in self._look(self.n_done - n_frames))
             finally:  # also where whoever iterates stops early
                 teacher.is_remembering = True
 
-    def _look(self) -> Iterator[tuple[Frame, Segmentation]]:
-        """Sample each frame, and yield it with what the teacher said."""
+    def _look(self, first: int) -> Iterator[tuple[Frame, Segmentation]]:
+        """Sample each frame from one on, and yield it with what the teacher said."""
+        indices = range(first, len(self.dataset))
         with Prefetch(self.dataset, memory_mb=self.config.run.memory_mb) as frames:
-            for index, frame in enumerate(frames.in_order(range(len(self.dataset)))):
+            for index, frame in zip(indices, frames.in_order(indices), strict=True):
                 segmentation = self.learner.segment(frame)
                 visit = self.learner.visit(frame, segmentation, self._n_pixels)
                 self._lessons[index] = visit.lesson
+                self.n_done += 1
                 yield frame, segmentation
+
+    def keep(self, path: Path) -> None:
+        """Write all that it takes to go on in another process, see `go_on`."""
+        teacher = self._remembering
+        state = {
+            "n_done": self.n_done,
+            "lessons": self._lessons,
+            "problems": self.problems,
+            "told": self.lessons,
+            "learner": self.learner.learned(),
+            "teacher": None if teacher is None else teacher.memory(),
+        }
+        self._snapshot.write(path, state)
+
+    def go_on(self, path: Path) -> None:
+        """Go on from what `keep` wrote, with the same settings; DataError for what does not fit."""
+        state = self._snapshot.read(path)
+        self.n_done, self._lessons = state["n_done"], state["lessons"]
+        self.problems, self.lessons = state["problems"], state["told"]
+        self.learner.take_up(state["learner"])
+        if (teacher := self._remembering) is not None:
+            teacher.recall(state["teacher"])
 
     def fit(self, indices: Iterable[int] | None = None) -> SaliencyLearner:
         """Grow the trees on what was sampled from some frames, None = all so far.

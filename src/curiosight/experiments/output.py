@@ -8,6 +8,7 @@ import io
 import itertools
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -79,6 +80,14 @@ class OutputFolder:
             with writing(path):
                 path.unlink(missing_ok=True)
 
+    def remove_half_written(self) -> None:
+        """Remove what a kill left of files that were being written: nobody else writes here."""
+        with writing(self.path):
+            for pattern in ("", "figures/"):
+                for path in self.path.glob(f"{pattern}.*.partial"):
+                    if re.fullmatch(r"\..+\.\d+\.partial", path.name):
+                        path.unlink(missing_ok=True)
+
     def file(self, name: str) -> Path:
         """Return the path of a file inside, its folder made."""
         path = self.path / name
@@ -121,22 +130,50 @@ class TableFile:
     """A CSV file that is complete up to the last row whenever it is read.
 
     Numbers are written with six decimals, None as an empty cell.
+
+    n_kept: bytes of a file that is there, to go on behind; None = begin anew. What stood behind
+        them is written again: `is_other` tells whether anything of it came out otherwise.
+        Raises DataError for a file that is shorter.
     """
 
-    def __init__(self, path: Path, columns: Sequence[str]) -> None:
+    def __init__(self, path: Path, columns: Sequence[str], *, n_kept: int | None = None) -> None:
         self._path = path
         self._columns = list(columns)
+        self._before, self._n_bytes = b"", 0
+        self.is_other = False
         with writing(path):
-            self._file = path.open("wb", buffering=0)
-            self._write(self._columns)
+            self._file = path.open("wb" if n_kept is None else "r+b", buffering=0)
+            if n_kept is None:
+                self._write(self._columns)
+            else:
+                self._go_on(n_kept)
+
+    def _go_on(self, n_kept: int) -> None:
+        n_bytes = self._file.seek(0, os.SEEK_END)
+        if n_bytes < n_kept:
+            found = f"holds {n_bytes} bytes, not the {n_kept} that it had"
+            raise DataError(self._path, found, "put the whole file back")
+        self._file.seek(n_kept)
+        self._before = self._file.readall()
+        self._file.truncate(n_kept)
+        self._file.seek(n_kept)
 
     def add(self, row: Mapping[str, Any]) -> None:
         """Append a row; every column must be there."""
         with writing(self._path):
             self._write([_cell(row[column]) for column in self._columns])
 
+    def sync(self) -> int:
+        """Wait until all of it is on the disk; return how many bytes there are."""
+        with writing(self._path):
+            if not self._file.closed:
+                os.fsync(self._file.fileno())
+                self._n_bytes = self._file.tell()
+        return self._n_bytes
+
     def close(self) -> None:
-        """Close the file."""
+        """Close the file, once it is on the disk."""
+        self.sync()
         with writing(self._path):
             self._file.close()
 
@@ -148,6 +185,9 @@ class TableFile:
         if self._file.write(content) != len(content):
             self._file.truncate(start)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        n_before = min(len(content), len(self._before))
+        self.is_other |= self._before[:n_before] != content[:n_before]
+        self._before = self._before[n_before:]
 
 
 def _cell(value: Any) -> Any:

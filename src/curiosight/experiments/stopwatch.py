@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ class Stopwatch:
     """Sum the milliseconds that watched methods take, lap by lap."""
 
     def __init__(self) -> None:
-        self.laps: list[dict[str, float]] = []
         self._stages: list[str] = []
         self._lap: dict[str, float] = {}
 
@@ -42,21 +41,20 @@ class Stopwatch:
     def lap(self) -> dict[str, float]:
         """End a lap; return its milliseconds per stage."""
         lap = {stage: self._lap.get(stage, 0.0) for stage in self._stages}
-        self.laps.append(lap)
         self._lap = {}
         return lap
 
-    def summary(self) -> dict[str, dict[str, float]]:
-        """Return median and 90th percentile per stage, in milliseconds.
 
-        The first lap is left out where there are others: it may compile kernels.
-        """
-        laps = self.laps[1:] or self.laps
-        return {
-            stage: {
-                "median_ms": round(float(np.median([lap[stage] for lap in laps])), 3),
-                "p90_ms": round(float(np.percentile([lap[stage] for lap in laps], 90)), 3),
-            }
-            for stage in self._stages
-            if laps
+def summarise(laps: Sequence[Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    """Return median and 90th percentile per stage of at least one lap, in milliseconds.
+
+    The first lap is left out where there are others: it may compile kernels.
+    """
+    counted = laps[1:] or laps
+    return {
+        stage: {
+            "median_ms": round(float(np.median([lap[stage] for lap in counted])), 3),
+            "p90_ms": round(float(np.percentile([lap[stage] for lap in counted], 90)), 3),
         }
+        for stage in counted[0]
+    }

@@ -19,6 +19,7 @@ Ways = Callable[[Viewpoint, Sequence[Viewpoint]], Floats]
 LOOK_SECONDS = 1.0
 # Of a region so many views stand for all, when ways to other regions are measured.
 N_STARTS = 5
+CACHED = ("_estimated_between", "_estimated_inside")
 
 
 class Ground:
@@ -39,9 +40,15 @@ class Ground:
         self._number_of = {view.index: number for number, view in enumerate(self.views)}
         self.ways = ways
         self._measured = MeasuredWays(self.n_regions)
-        # As estimated; what is measured comes on top.
-        self._rows: dict[int, Floats] = {}
+        # As estimated; what is measured comes on top. None: known before, to be found again.
+        self._rows: dict[int, Floats | None] = {}
         self._blocks: dict[int, Floats] = {}
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what is copied and pickled: all but the ways, which are found again."""
+        found_again = {"_rows": dict.fromkeys(self._rows), "_blocks": {}}
+        known = {name: one for name, one in vars(self).items() if name not in CACHED}
+        return known | found_again
 
     def __len__(self) -> int:
         return len(self.views)
@@ -72,16 +79,19 @@ class Ground:
     def _estimated_from(self, here: int) -> Floats:
         if self.ways is None:
             return np.zeros(len(self))
-        if here not in self._rows:
-            self._rows[here] = self.ways(self.views[here], self.views)
-        return self._rows[here]
+        row = self._rows.get(here)
+        if row is None:
+            row = self._rows[here] = self.ways(self.views[here], self.views)
+        return row
 
     def note_way(self, start: int, goal: int, seconds: float) -> None:
         """Note how long the way from one view to another took; 0 = that is not known."""
         if self.ways is None or start == goal or not seconds > 0:
             return
-        row = self._rows.get(start)
-        one = self.ways(self.views[start], [self.views[goal]])[0] if row is None else row[goal]
+        if start in self._rows:
+            one = self._estimated_from(start)[goal]
+        else:
+            one = self.ways(self.views[start], [self.views[goal]])[0]
         regions = int(self.region_of[start]), int(self.region_of[goal])
         self._measured.note(*regions, float(one), seconds)
 

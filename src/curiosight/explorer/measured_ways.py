@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import deque
 
 import numpy as np
 import numpy.typing as npt
@@ -26,13 +26,12 @@ class MeasuredWays:
     def __init__(self, n_regions: int) -> None:
         self.beyond: Floats = np.zeros((n_regions, n_regions))
         self.is_any = False
-        self._kept: defaultdict[tuple[int, int], deque[float]]
-        self._kept = defaultdict(lambda: deque(maxlen=N_KEPT))
+        self._kept: dict[tuple[int, int], deque[float]] = {}
 
     def note(self, start: int, goal: int, estimated: float, measured: float) -> None:
         """Note the seconds of a way from a view in one region to a view in another."""
         beyond = measured - estimated
-        kept = self._kept[start, goal]
+        kept = self._kept.setdefault((start, goal), deque(maxlen=N_KEPT))
         kept.append(beyond if abs(beyond) > SHARE * estimated + SECONDS else 0.0)
         self.beyond[start, goal] = np.median(kept)
         self.is_any = bool(self.beyond.any())

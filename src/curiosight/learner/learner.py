@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -40,7 +40,7 @@ from curiosight.learner.looks import look_of
 from curiosight.learner.maps import Cameras, Maps
 from curiosight.learner.model_file import read_model, write_model
 from curiosight.learner.novelty import SeenRows
-from curiosight.learner.observation import Observation, Teaches, Votes
+from curiosight.learner.observation import Observation, Rescoring, Teaches, Votes
 from curiosight.learner.places import Places
 from curiosight.learner.sampling import draw_pixels
 from curiosight.learner.sight import Sight, up_in_world
@@ -49,6 +49,8 @@ from curiosight.teacher import Segmentation
 
 # Of the views of the off-line model, to calibrate it: it learns all but one in turn.
 N_PARTS = 4
+# What changes as it learns, beside what its teacher remembers.
+LEARNED = ("rng", "experts", "calibration", "notes", "cameras")
 
 
 class SaliencyLearner:
@@ -197,13 +199,10 @@ class SaliencyLearner:
         return f1_error_of_rows(*counts, scores, self.threshold)
 
     def rescoring(self, observation: Observation) -> Callable[[], float | None]:
-        """Return what tells the error of a look by the model as it is when called.
-
-        It holds the view's description, not its images.
-        """
+        """Return what tells the error of a look by the model as it is when called."""
         description = observation.description
         sight = sight_of(description, observation.frame.T_world_camera)
-        return partial(self.error_of, description.rows, observation.counts, sight)
+        return Rescoring(self, description.rows, observation.counts, sight)
 
     def visit(self, frame: Frame, segmentation: Segmentation, n_pixels: int | None = None) -> Visit:
         """Describe a labelled frame and draw what it teaches, for `observe_again` and `fit`.
@@ -419,6 +418,16 @@ class SaliencyLearner:
             salient_share=self.salient_share,
         )
         return description.rows[description.row_of_pixel.ravel()[pixels]], is_salient
+
+    def learned(self) -> dict[str, Any]:
+        """Return all that learning changes, as it is, not copied: for `take_up`."""
+        return {name: getattr(self, name) for name in LEARNED}
+
+    def take_up(self, learned: Mapping[str, Any]) -> None:
+        """Go on from what `learned` returned of a learner with the same settings."""
+        for name in LEARNED:
+            setattr(self, name, learned[name])
+        self._moment = object()
 
     def save(self, path: Path | str, *, is_packed: bool = True) -> None:
         """Write the model with its samples, so that learning can go on.

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from curiosight.frame import Frame
 from curiosight.learner.description import Counts, Description, Saliency
 from curiosight.learner.experts import Change
+from curiosight.learner.features import Rows
+from curiosight.learner.sight import Sight
 from curiosight.teacher import Segmentation
 
 Votes = npt.NDArray[np.float32]
@@ -46,3 +48,27 @@ class Observation:
     def saliency(self) -> Saliency:
         """(h, w) map of the shrunken image, in [0, 1], before learning."""
         return self.scores[self.description.row_of_pixel]
+
+
+class Judges(Protocol):
+    """A learner, as far as it tells how wrong it is."""
+
+    def error_of(
+        self, rows: Rows, counts: tuple[Counts, Counts], sight: Sight | None
+    ) -> float | None: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rescoring:
+    """Tells, when called, the error of a look by the model as it is then; None as there.
+
+    It holds the view's description, not its images.
+    """
+
+    learner: Judges
+    rows: Rows
+    counts: tuple[Counts, Counts]
+    sight: Sight | None
+
+    def __call__(self) -> float | None:
+        return self.learner.error_of(self.rows, self.counts, self.sight)

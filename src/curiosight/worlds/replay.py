@@ -80,6 +80,18 @@ class ReplayWorld:
             self._prefetch.expect([upcoming.index for upcoming in self.upcoming()])
         return frame
 
+    def look_again(self, index: int, n_looks: int) -> Frame:
+        """Return what look number `n_looks`, from 0, showed of a view: its frame, each time."""
+        return self._prefetch.dataset[index]
+
+    def state(self) -> Viewpoint | None:
+        """Return what moves change, for `go_on`: where it is."""
+        return self._here
+
+    def go_on(self, state: Viewpoint | None, n_looks: int) -> None:
+        """Go on as a world of the same views with this `state` after so many looks."""
+        self._here = state
+
     def close(self) -> None:
         """Stop decoding ahead and free the memory."""
         self._prefetch.close()

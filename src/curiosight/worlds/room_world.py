@@ -96,6 +96,18 @@ class RoomWorld:
         self._look_ahead()
         return frame
 
+    def look_again(self, index: int, n_looks: int) -> Frame:
+        """Return what look number `n_looks`, from 0, showed of a view: its noise too."""
+        return self._look(next(view for view in self._views if view.index == index), n_looks)
+
+    def state(self) -> Viewpoint | None:
+        """Return what moves change, for `go_on`, beside the number of looks: where it is."""
+        return self._here
+
+    def go_on(self, state: Viewpoint | None, n_looks: int) -> None:
+        """Go on as a world of the same views with this `state` after so many looks."""
+        self._here, self._n_looks = state, n_looks
+
     def close(self) -> None:
         """Stop rendering ahead."""
         self._executor.shutdown(cancel_futures=True)

@@ -69,6 +69,14 @@ class TemporalTeacher:
         for frame in frames:
             self.segment(frame)
 
+    def memory(self) -> tuple[VoxelVotes, UpTracker]:
+        """Return all that frames change, as it is, not copied: for `recall`."""
+        return self.votes, self._tracker
+
+    def recall(self, memory: tuple[VoxelVotes, UpTracker]) -> None:
+        """Go on from the `memory` of a teacher with the same survey and settings."""
+        self.votes, self._tracker = memory
+
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame by itself, correct it by memory, and remember it.
 

@@ -52,6 +52,19 @@ class VoxelVotes:
         # The voxels that something salient was seen in or beside.
         self._salient = np.empty(0, np.int64)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is copied and pickled: of the table only what is not free."""
+        used = np.flatnonzero(self._voxels != FREE)
+        table = len(self._voxels), used, self._voxels[used], self._votes[used]
+        salient = self._salient[: self._n_salient].copy()
+        return vars(self) | {"_voxels": table, "_votes": None, "_salient": salient}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        capacity, used, voxels, votes = state["_voxels"]
+        table = np.full(capacity, FREE), np.zeros((capacity, N_COLUMNS), np.int32)
+        table[0][used], table[1][used] = voxels, votes
+        vars(self).update(state, _voxels=table[0], _votes=table[1])
+
     def __len__(self) -> int:
         """Return how many voxels have been voted on."""
         return self._n_voxels

@@ -1,0 +1,69 @@
+"""Go on with a run: source and settings are those of its folder, and no others are taken."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from curiosight import __version__
+from curiosight.cli.again import from_anywhere
+from curiosight.cli.options import OUTPUT
+from curiosight.errors import DataError
+from curiosight.experiments.command_file import GivenCommand
+from curiosight.experiments.exploring import SUMMARY
+from curiosight.experiments.output import OutputFolder
+
+BESIDE = ("resume", "quiet", "json")
+Resume = Annotated[
+    Path | None,
+    typer.Option(
+        "--resume",
+        metavar="RUN",
+        help="Go on where a kill or Ctrl-C ended this run; without SOURCE and settings.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+
+
+def given_now(command: str, source: Path, **paths: Path | None) -> GivenCommand:
+    """Return what a command was given, as it can be given from anywhere."""
+    known = {name: None if one is None else from_anywhere(one) for name, one in paths.items()}
+    return GivenCommand(command, __version__, from_anywhere(source), **known)
+
+
+def check_alone(context: typer.Context) -> None:
+    """Raise ValueError where more than the run to go on with was said on the command line."""
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        source = context.get_parameter_source(name)
+        if name not in BESIDE and source is not None and source.name == "COMMANDLINE":
+            said = parameter.opts[0] if parameter.param_type_name == "option" else "SOURCE"
+            raise ValueError(
+                f"resume: expected no {said} beside it, as the run has its own; "
+                "give --resume RUN alone"
+            )
+
+
+def open_run(run: Path, command: str) -> tuple[GivenCommand, OutputFolder]:
+    """Return what the run of a folder was given, and the folder to write on in."""
+    given = GivenCommand.read(run, command)
+    return given, OutputFolder(run, command, Path(given.source), overwrite=True)
+
+
+def read_summary(run: Path) -> dict[str, Any] | None:
+    """Return the summary of a run, which it writes at its end; None where there is none."""
+    path = run / SUMMARY
+    try:
+        summary = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
+    except (ValueError, RecursionError) as error:
+        raise DataError(path, "is damaged", "remove it, and go on with --resume") from error
+    if not isinstance(summary, dict):
+        raise DataError(path, "is damaged", "remove it, and go on with --resume")
+    return summary
