@@ -10,11 +10,12 @@ import pytest
 from scipy.stats import linregress
 
 from command import succeed
+from curiosight.explorer import living as module
 from curiosight.explorer.check import check_strategy
 from curiosight.explorer.decision import Explains
 from curiosight.explorer.ground import Floats, Ground
 from curiosight.explorer.living import EVERY, N_LEAST, Living, difference, living_regions
-from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.outcome import Outcome, Seen
 from curiosight.explorer.strategies import make_strategy
 from curiosight.explorer.strategy import Strategy
 from curiosight.frame import Viewpoint
@@ -194,6 +195,22 @@ def test_strategies_know_what_others_looked_at() -> None:
         strategy.update(view, Outcome(0.5))
     assert [strategy.choose().region for _ in range(2)] == [1, 1]
     assert strategy.reasons() is None  # type: ignore[attr-defined]
+
+
+def test_looks_of_weeks_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "N_IN_FULL", 5)
+    monkeypatch.setattr(module, "N_TOLD", 12)
+    views = two_rooms()
+    strategy = living("iac", views)
+    for number in range(40):
+        seen = Seen(np.full((1, 3), number, np.float32), np.zeros(1, np.uint8))
+        outcome = Outcome(0.5, seen=seen, again=lambda: 0.4)
+        strategy.update(views[20 if number == 30 else number % 4], outcome)
+    told = [outcome for _, outcome in strategy._told]
+    assert len(told) == 12
+    assert [outcome.again is not None for outcome in told] == [False] * 7 + [True] * 5
+    # Of what was not looked at again it is kept what was seen.
+    assert [outcome.seen is not None for outcome in told[:7]] == [n == 30 for n in range(28, 35)]
 
 
 def test_views_that_a_world_finds_are_taken_in() -> None:

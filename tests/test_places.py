@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.frame import Camera, Frame, Pose
+from curiosight.learner import places as module
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
 from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, look_of
 from curiosight.learner.places import MAX_LOOKS_PER_SPOT, Places
@@ -134,6 +135,19 @@ def test_memory_of_a_spot_is_bounded(sights) -> None:
         for _, sight in sights[:N_HEADINGS]:
             places.add(sight)
     assert len(places.state_arrays()["places_looks"]) == MAX_LOOKS_PER_SPOT
+
+
+def test_spots_have_an_end_beyond_which_the_nearest_counts(sights, monkeypatch) -> None:
+    monkeypatch.setattr(module, "MAX_SPOTS", 5)
+    places = Places(4)
+    spots = [places.add(sight) for _, sight in sights]
+    assert set(spots) == set(range(5))
+    assert len(places.place_of_spot) == 5
+    assert places.n_views.sum() == len(sights)
+    n_cells = len(places.state_arrays()["places_cells"])
+    far = Sight(sights[0][1].look, pose(500.0, 1.0, 0.0), sights[0][1].rays, UP)
+    assert places.add(far) in range(5)
+    assert len(places.state_arrays()["places_cells"]) == n_cells
 
 
 def test_what_is_restored_tells_the_same(sights) -> None:

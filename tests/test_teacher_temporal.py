@@ -174,6 +174,29 @@ def test_table_grows_and_keeps_its_votes() -> None:
     assert votes.balance(many)[:, 0].tolist() == [0, 1] * 2500
 
 
+def test_memory_has_an_end_and_what_was_not_seen_for_longest_is_forgotten() -> None:
+    votes = VoxelVotes(capacity=64, max_voxels=4096)
+    for view in range(400):  # into ever new space, by a tenth of what is in view
+        labels = np.full(500, Label.SALIENT if view % 3 else Label.NOT_SALIENT, np.uint8)
+        votes.add(10 * np.arange(500) + 500 * view, labels)
+        assert len(votes) <= 4096 + 500
+    assert len(votes._voxels) == 2 * 8192
+    seen = votes.balance(10 * np.arange(500) + 500 * 399)
+    alone = VoxelVotes()
+    for view in range(380, 400):
+        labels = np.full(500, Label.SALIENT if view % 3 else Label.NOT_SALIENT, np.uint8)
+        alone.add(10 * np.arange(500) + 500 * view, labels)
+    assert np.array_equal(seen, alone.balance(10 * np.arange(500) + 500 * 399))
+    assert not votes.balance(10 * np.arange(500)).any()
+
+
+def test_a_view_of_more_than_is_kept_is_taken_in_whole() -> None:
+    votes = VoxelVotes(capacity=64, max_voxels=100)
+    for _ in range(3):
+        votes.add(10 * np.arange(1000), np.full(1000, Label.NOT_SALIENT, np.uint8))
+    assert (votes.balance(10 * np.arange(1000))[:, 0] < 0).all()
+
+
 def test_voxels_are_the_cells_of_the_surface_in_the_world() -> None:
     depth = np.array([[1, 2, np.nan, 3]] * 3, np.float32)
     pose = look(30.0, distance=1.0, height=1.0, tilt_deg=20.0)

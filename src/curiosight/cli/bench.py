@@ -11,6 +11,7 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.interrupt import INTERRUPTED, CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
+from curiosight.cli.soak import run_soak
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config
 from curiosight.errors import DataError
@@ -43,6 +44,14 @@ def bench(
     rounds: Annotated[
         int, typer.Option(help="With --against: runs of each, of which the median counts.")
     ] = 5,
+    soak: Annotated[
+        int | None,
+        typer.Option(
+            metavar="LOOKS",
+            help="Instead: explore small frames of the source for so many looks, in ever new "
+            "space, and tell whether memory grows and what is written (500000 is a day at 5 Hz).",
+        ),
+    ] = None,
     scene: options.Scene = None,
     up: options.Up = None,
     preset: options.Preset = None,
@@ -69,6 +78,10 @@ def bench(
     if json is not None and not json.parent.is_dir():
         raise DataError(json.parent, "is not a folder", "make it, or choose another --json FILE")
     dataset = open_source(source, reading=settings.reading)
+    if soak is not None:
+        if against is not None or stage != "all":
+            raise ValueError("soak: expected no --stage or --against with it")
+        raise typer.Exit(run_soak(talk, settings, dataset, soak, json))
     if against is None:
         with announce_compilation(talk.console):
             stages = None if stage == "all" else (stage,)

@@ -24,6 +24,8 @@ COMMANDS = {
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",
     "learn": "Learn a whole recording at once: the off-line model, the least error to expect.",
+    "continual": "Learn places one after the other: how well each is known after each, what is "
+    "forgotten.",
     "map": "Find objects in colour images with a learned model: <id>.png, 255 = surely salient.",
     "saliency": "Write the maps of a baseline, equal to its original: <id>.png, 255 = most "
     "salient.",

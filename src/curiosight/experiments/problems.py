@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 from curiosight.frame import Frame, Label
@@ -13,6 +14,8 @@ BAD_FRAME = "bad frame"
 NOTHING_KNOWN = "every pixel unknown"
 NO_OBJECT = "no object"
 NO_SURROUNDINGS = "no surroundings"
+OTHER = "other problems"
+MAX_IDS, MAX_KINDS = 100_000, 1000
 # Of the looks; where more taught nothing, something is likely to be wrong with the recording.
 MANY = 0.5
 
@@ -34,33 +37,45 @@ _REMEDIES = {
 }
 
 
-class Problems:
-    """Collect the frames that taught nothing, by what was wrong; each counts once.
+@dataclass(slots=True)
+class _Frames:
+    """Frames of one problem. first: id of the first, detail: what is wrong with it. ids: known."""
 
-    And those that depth alone told of, where masks were to say where objects end.
+    first: str
+    detail: str
+    count: int = 0
+    ids: set[str] = field(default_factory=set)
+
+
+class Problems:
+    """Count the frames that taught nothing, by what was wrong; each counts once.
+
+    And those that depth alone told of, where masks were to say where objects end. Of a live
+    source that goes on for weeks frames beyond `MAX_IDS` are not remembered, and problems beyond
+    `MAX_KINDS` are counted together.
     """
 
     def __init__(self) -> None:
-        self._frames: dict[str, dict[str, str]] = {}
-        self._by_depth_alone: dict[str, dict[str, None]] = {}
+        self._frames: dict[str, _Frames] = {}
+        self._by_depth_alone: dict[str, _Frames] = {}
 
     def add(self, frame: Frame, problem: str | None = None) -> None:
         """Take note of a frame where anything is wrong: with its files, or as `problem` says."""
         if frame.problem is not None:
-            self._frames.setdefault(BAD_FRAME, {})[frame.id] = f" ({frame.problem})"
+            _count(self._frames, BAD_FRAME, frame.id, f" ({frame.problem})")
         elif problem is not None:
-            self._frames.setdefault(problem, {})[frame.id] = ""
+            _count(self._frames, problem, frame.id)
 
     def add_told(self, frame: Frame, segmentation: Segmentation) -> None:
         """Take note of a frame where anything is wrong: as `add`, or as its teacher says."""
         self.add(frame, segmentation.problem)
         if frame.problem is None and segmentation.problem is None and segmentation.lacks:
-            self._by_depth_alone.setdefault(segmentation.lacks, {})[frame.id] = None
+            _count(self._by_depth_alone, segmentation.lacks, frame.id)
 
     def counts(self) -> dict[str, int]:
         """Return the number of frames of each problem."""
-        counts = {problem: len(frames) for problem, frames in self._frames.items()}
-        counts |= {reason: len(frames) for reason, frames in self._by_depth_alone.items()}
+        counts = {problem: frames.count for problem, frames in self._frames.items()}
+        counts |= {reason: frames.count for reason, frames in self._by_depth_alone.items()}
         return dict(sorted(counts.items()))
 
     def sentences(self, n_frames: int, what: str) -> Iterator[str]:
@@ -69,11 +84,22 @@ class Problems:
         n_frames: of all frames, the bad ones too. what: came of the bad ones, in words.
         """
         for problem, frames in sorted(self._frames.items()):
-            first, detail = next(iter(frames.items()))
-            yield f"{len(frames)} of {n_frames} frames {what}: {problem}, first {first}{detail}"
+            told = f"{frames.count} of {n_frames} frames {what}: {problem}"
+            yield f"{told}, first {frames.first}{frames.detail}"
         for reason, alone in sorted(self._by_depth_alone.items()):
-            told = f"{len(alone)} of {n_frames} frames are told by depth alone"
-            yield f"{told}: {reason}, first {next(iter(alone))}"
+            told = f"{alone.count} of {n_frames} frames are told by depth alone"
+            yield f"{told}: {reason}, first {alone.first}"
+
+
+def _count(kinds: dict[str, _Frames], kind: str, frame_id: str, detail: str = "") -> None:
+    """Count a frame that was not counted before."""
+    if kind not in kinds and len(kinds) >= MAX_KINDS:
+        kind = OTHER
+    frames = kinds.setdefault(kind, _Frames(frame_id, detail))
+    if frame_id not in frames.ids:
+        frames.count += 1
+        if sum(len(known.ids) for known in kinds.values()) < MAX_IDS:
+            frames.ids.add(frame_id)
 
 
 class Lessons:

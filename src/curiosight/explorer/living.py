@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,8 @@ SPLIT, JOIN = 4.0, 1.0
 N_LAST, N_LEAST = 60, 15
 # It is thought over after so many looks.
 EVERY = 10
+# So many looks are told again to a strategy that is made anew, the last of them in full.
+N_TOLD, N_IN_FULL = 3000, 300
 
 
 def living_regions(
@@ -108,7 +112,7 @@ def _slope(time: Ints, errors: Floats) -> tuple[float, float]:
 
 
 class Living:
-    """Run a strategy on regions that change: it is made anew, and told of all looks so far.
+    """Run a strategy on regions that change: it is made anew, and told of the looks so far.
 
     To the outside views keep the regions they have. Until a region is split, and while no views
     are added, it does what the strategy does alone.
@@ -122,7 +126,7 @@ class Living:
         self, views: Callable[[], Sequence[Viewpoint]], make: Makes, *, ways: Ways | None = None
     ) -> None:
         self._views, self._make, self._ways = views, make, ways
-        self._told: list[tuple[Viewpoint, Outcome]] = []
+        self._told: deque[tuple[Viewpoint, Outcome]] = deque(maxlen=N_TOLD)
         # The strategy's decision, and what is told of it.
         self._explained: tuple[Decision, Decision] | None = None
         self._begin(None)
@@ -170,8 +174,17 @@ class Living:
 
     def update(self, viewpoint: Viewpoint, outcome: Outcome) -> None:
         self._told.append((viewpoint, outcome))
+        if len(self._told) > N_IN_FULL:
+            self._shorten(len(self._told) - N_IN_FULL - 1)
         self._n_since += 1
         self._tell(viewpoint, outcome)
+
+    def _shorten(self, number: int) -> None:
+        """Keep of a look what counts later, so that weeks of looks take up no more memory."""
+        viewpoint, outcome = self._told[number]
+        later = (view.index for view, _ in islice(self._told, number + 1, None))
+        seen = None if viewpoint.index in later else outcome.seen
+        self._told[number] = viewpoint, replace(outcome, seen=seen, again=None)
 
     def upcoming(self) -> Sequence[Viewpoint]:
         ground = self._ground

@@ -39,6 +39,8 @@ LOOK_SCALE, POSE_DOUBT = 0.01, 0.02
 SAME_LOOK = 0.98
 MAX_LOOKS, MAX_LOOKS_PER_SPOT = 1_000, 4
 MAX_PLACES = 10_000
+# 500 square metres that a camera stood on; beyond, a view is of the spot nearest to it.
+MAX_SPOTS = 2_000
 
 
 class Places:
@@ -93,8 +95,10 @@ class Places:
         else:
             if self._axes is None:
                 self._axes = ground_axes(-pose[:3, 1] if sight.up is None else sight.up)
-            spot = self._spot_in(cell_of(pose, self._axes))
-            self._note_seen(spot, sight.cells(self._axes))
+            cell = cell_of(pose, self._axes)
+            spot = self._spot_in(cell)
+            if self._cell_of_spot[spot] == self._cell_numbers.get(cell):
+                self._note_seen(spot, sight.cells(self._axes))
         self._n_views[spot] += 1
         self._note_look(spot, look)
         if self.place_of_spot[spot] == NOWHERE:
@@ -169,9 +173,21 @@ class Places:
         return near
 
     def _spot_in(self, cell: tuple[int, int]) -> int:
-        number = self._cell_numbers.setdefault(cell, len(self._cell_numbers))
+        number = self._cell_numbers.get(cell, NOWHERE)
         found = np.flatnonzero(self._cell_of_spot == number)
-        return int(found[0]) if len(found) else self._new_spot(number)
+        if number != NOWHERE and len(found):
+            return int(found[0])
+        if len(self._sees) >= MAX_SPOTS:
+            return self._nearest(cell)
+        return self._new_spot(self._cell_numbers.setdefault(cell, len(self._cell_numbers)))
+
+    def _nearest(self, cell: tuple[int, int]) -> int:
+        """Return the spot nearest to a cell; some spot where none has a pose."""
+        posed = np.flatnonzero(self._cell_of_spot != NOWHERE)
+        if not len(posed):
+            return 0
+        cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
+        return int(posed[np.hypot(*(cells - cell).T).argmin()])
 
     def _spot_that_looks_like(self, look: Look) -> int:
         """Return the spot of a view without a pose; a new one only while no view has a pose."""

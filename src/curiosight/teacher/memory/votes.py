@@ -25,19 +25,27 @@ SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
 REJECTED = np.uint8(1)
 # Columns of a voxel's votes: views that saw here what is salient, what is not salient or rejected,
 # of these what is surely not salient, and what is salient here or beside; the last of these, from
-# 1; and by how many pixels salient leads in this view before the one and before the other.
-N_COLUMNS = 7
-HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED = range(N_COLUMNS)
+# 1; by how many pixels salient leads in this view before the one and before the other; and the
+# last view that told anything of it, from 1.
+N_COLUMNS = 8
+HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED, TOLD = range(N_COLUMNS)
+# Some 2600 m² of surfaces, in 84 MB.
+MAX_VOXELS = 1 << 20
 
 
 class VoxelVotes:
     """For each voxel of the world, in how many views its surface was salient, and was not.
 
     side: of a voxel, metres; more than poses drift.
+    max_voxels: about so many are kept, so that memory has an end where space has none: of more
+        the half is forgotten that was not seen for longest.
     """
 
-    def __init__(self, *, side: float = 0.05, capacity: int = 1 << 16) -> None:
+    def __init__(
+        self, *, side: float = 0.05, capacity: int = 1 << 16, max_voxels: int = MAX_VOXELS
+    ) -> None:
         self.side = side
+        self._max_voxels = max_voxels
         self._n_views, self._n_voxels, self._n_salient = 0, 0, 0
         self._voxels = np.full(capacity, FREE)
         self._votes = np.zeros((capacity, N_COLUMNS), np.int32)
@@ -82,8 +90,11 @@ class VoxelVotes:
         """
         seen, said = voxels.ravel(), labels.ravel()
         n_runs, n_salient = _count_runs(seen, said)
-        while 2 * (self._n_voxels + n_runs + 7 * n_salient) > len(self._voxels):
-            self._grow()
+        n_new = n_runs + 7 * n_salient
+        if self._n_voxels + n_new > max(self._max_voxels, 2 * n_new):
+            self._forget_unseen()
+        while 2 * (self._n_voxels + n_new) > len(self._voxels):
+            self._move(2 * len(self._voxels))
         missing = self._n_salient + 7 * n_salient - len(self._salient)
         if missing > 0:
             self._salient = np.append(self._salient, np.empty(2 * missing, np.int64))
@@ -116,11 +127,22 @@ class VoxelVotes:
             *table, salient, depth, pinhole, T_camera_world, self.side, gap
         )
 
-    def _grow(self) -> None:
+    def _forget_unseen(self) -> None:
+        """Forget the half of the voxels that was not seen for longest."""
+        told = self._votes[self._voxels != FREE, TOLD]
+        since = int(np.partition(told, len(told) // 2)[len(told) // 2])
+        # Where all are of one view none is older.
+        self._move(len(self._voxels), since=since if since > told.min() else since + 1)
+        salient = self._salient[: self._n_salient]
+        left = salient[_are_known(self._voxels, salient)]
+        self._salient, self._n_salient = left.copy(), len(left)
+
+    def _move(self, capacity: int, *, since: int = 0) -> None:
+        """Put the voxels that were seen since a view into a table of another size."""
         old, votes = self._voxels, self._votes
-        self._voxels = np.full(2 * len(old), FREE)
-        self._votes = np.zeros((2 * len(old), N_COLUMNS), np.int32)
-        _move_votes(old, votes, self._voxels, self._votes)
+        self._voxels = np.full(capacity, FREE)
+        self._votes = np.zeros((capacity, N_COLUMNS), np.int32)
+        self._n_voxels = _move_votes(old, votes, since, self._voxels, self._votes)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -208,6 +230,7 @@ def _count_view(
     for place in range(n_touched):
         slot = touched[place]
         ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
+        votes[slot, TOLD] = view
         if ahead < 0:
             votes[slot, AGAINST] += 1
         if votes[slot, AHEAD_OF_SETTLED] < 0:
@@ -220,6 +243,7 @@ def _count_view(
             beside = find_slot(voxels, voxels[slot] + step)
             n_new += voxels[beside] == FREE
             voxels[beside] = voxels[slot] + step
+            votes[beside, TOLD] = view
             if votes[beside, LAST] != view:
                 votes[beside, LAST] = view
                 if votes[beside, BESIDE] == 0:
@@ -290,11 +314,23 @@ def _forget_removed(
 
 
 @njit(cache=True, nogil=True)
-def _move_votes(old: Array, old_votes: Array, voxels: Array, votes: Array) -> None:
-    """Copy voxels with their votes into a larger table."""
+def _are_known(voxels: Array, asked: Array) -> Array:
+    """(n,) bool: which of (n,) voxels are in the table."""
+    found = np.empty(len(asked), np.bool_)
+    for place in range(len(asked)):
+        found[place] = voxels[find_slot(voxels, asked[place])] != FREE
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _move_votes(old: Array, old_votes: Array, since: int, voxels: Array, votes: Array) -> int:
+    """Copy voxels that were seen since a view into another table; return how many these are."""
+    n_moved = 0
     for place in range(len(old)):
-        if old[place] != FREE:
+        if old[place] != FREE and old_votes[place, TOLD] >= since:
             slot = find_slot(voxels, old[place])
             voxels[slot] = old[place]
+            n_moved += 1
             for column in range(votes.shape[1]):
                 votes[slot, column] = old_votes[place, column]
+    return n_moved

@@ -1,0 +1,217 @@
+"""Learn places one after the other: what of the first is left after the last?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from curiosight.config import Config
+from curiosight.datasets import Dataset, Prefetch
+from curiosight.errors import DataError
+from curiosight.evaluation import HeldOut, describe_tests
+from curiosight.experiments.components import (
+    heard,
+    make_learner,
+    make_teacher,
+    note_frames,
+    place,
+    survey_dataset,
+)
+from curiosight.experiments.problems import Lessons, Problems
+from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.frame import Frame
+from curiosight.learner.observation import Teaches
+from curiosight.rooms import HomeViews
+from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.worlds.sources import is_drawn, open_source
+
+Matrix = npt.NDArray[np.float64]
+# Of a recording without ground truth every so many frames are tested on.
+TEST_EVERY = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Episode:
+    """What is learned in one go, and what tells how well it is known.
+
+    training, tests: numbers of frames of `dataset` and of `test_set`.
+    """
+
+    name: str
+    dataset: Dataset
+    training: Sequence[int]
+    test_set: Dataset
+    tests: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """A place was no longer what had been learned of it. look: from 0, over all episodes."""
+
+    look: int
+    episode: int
+    look_in_episode: int
+    id: str
+
+
+class Continual:
+    """Learn episodes in turn, each frame once; test on all of them after each.
+
+    model: tells the file that the model is written to after each episode.
+    qualities: (n_episodes, n_episodes) of 1 - overall error (the mean F1 of test frames): row i
+        after episode i, column j on the tests of episode j; NaN = not yet, or no test frame
+        shows anything salient.
+    """
+
+    def __init__(
+        self, config: Config, episodes: Sequence[Episode], model: Callable[[], Path]
+    ) -> None:
+        self.config, self.episodes = config, episodes
+        self.learner = make_learner(config, None)
+        self.problems, self.lessons = Problems(), Lessons()
+        self.alarms: list[Alarm] = []
+        self.n_looks = 0
+        self._model = model
+        self._teachers: dict[int, Teaches] = {}
+        self._tests = [self._describe(episode) for episode in episodes]
+        n = len(episodes)
+        self.qualities: Matrix = np.full((n, n), np.nan)
+
+    def __len__(self) -> int:
+        """Count the looks."""
+        return sum(len(episode.training) for episode in self.episodes)
+
+    def __iter__(self) -> Iterator[tuple[int, Frame]]:
+        """Yield each frame with its episode's number; after each episode the model is written."""
+        for number, episode in enumerate(self.episodes):
+            self.learner.teacher = self._teacher_of(episode.dataset)
+            with Prefetch(episode.dataset, memory_mb=self.config.run.memory_mb) as frames:
+                for look, frame in enumerate(frames.in_order(episode.training)):
+                    observation = self.learner.observe(frame)
+                    self.problems.add_told(frame, observation.segmentation)
+                    self.lessons.add(frame, observation.segmentation)
+                    if observation.change.has_drifted:
+                        self.alarms.append(Alarm(self.n_looks, number, look, frame.id))
+                    self.n_looks += 1
+                    yield number, frame
+            self._test(number)
+            self._keep(episode)
+
+    def _test(self, number: int) -> None:
+        for column, tests in enumerate(self._tests):
+            error = tests.overall_error()
+            self.qualities[number, column] = np.nan if error is None else 1 - error
+
+    def _keep(self, episode: Episode) -> None:
+        ids = [episode.dataset.ids[index] for index in episode.training]
+        note_frames(self.learner, episode.dataset, ids)
+        self.learner.save(self._model())
+
+    def _teacher_of(self, dataset: Dataset) -> Teaches:
+        """Return what labels the frames of a source; it remembers from one episode to the next."""
+        if id(dataset) not in self._teachers:
+            survey = survey_dataset(self.config, dataset)
+            teacher = make_teacher(self.config, dataset, survey)
+            self._teachers[id(dataset)] = heard(self.config, teacher)
+        return self._teachers[id(dataset)]
+
+    def _describe(self, episode: Episode) -> HeldOut:
+        most = self.config.test.max_frames
+        test_set, tests = episode.test_set, episode.tests
+        has_truth = any(map(test_set.has_ground_truth, tests))
+        teacher = None if has_truth else self._teacher_of(test_set)
+        truth = find_truth(test_set, tests, teacher, max_frames=most)
+        labelled = truth.labelled_frames(Problems())
+        held_out = HeldOut(self.learner, describe_tests(self.learner, labelled))
+        if not held_out.n_frames:
+            found = f"has no test frame with anything salient ({episode.name})"
+            raise DataError(Path(place(test_set)), found, "choose another source")
+        return held_out
+
+    def summary(self) -> dict[str, Any]:
+        """Return what was learned and what was left of it, JSON-able."""
+        return {
+            "episodes": [episode.name for episode in self.episodes],
+            "preset": self.config.preset,
+            "seed": self.config.run.seed,
+            "looks": self.n_looks,
+            "qualities": [[_rounded(q) for q in row] for row in self.qualities.tolist()],
+            **transfer(self.qualities),
+            "alarms": [asdict(alarm) for alarm in self.alarms],
+            "places": self.learner.experts.n_views(),
+            "samples": self.learner.n_samples,
+            "problems": self.problems.counts(),
+            "taught_nothing": self.lessons.summary(),
+        }
+
+
+def episodes_of(sources: Sequence[str], config: Config) -> list[Episode]:
+    """Return the episodes of several sources, one each, or of one home a room each.
+
+    What is drawn is tested on views of its own, a recording on its frames with ground truth or,
+    without any, on every tenth. Raises as `open_source`, and ValueError for a single source that
+    has no rooms.
+    """
+    opened = [open_source(source, reading=config.reading) for source in sources]
+    if len(opened) > 1:
+        short = [source if is_drawn(source) else Path(source).name for source in sources]
+        names = short if len(set(short)) == len(short) else sources
+        return [_whole(name, one, config) for name, one in zip(names, opened, strict=True)]
+    (dataset,) = opened
+    if not isinstance(dataset, HomeViews) or dataset.home.n_rooms < 2:
+        raise ValueError("sources: expected a home of several rooms, or several sources, got one")
+    test_set = dataset.own_test_views()
+    rooms_of = [[views.place(i) for i in range(len(views))] for views in (dataset, test_set)]
+    return [
+        Episode(
+            f"room {room}",
+            dataset,
+            np.flatnonzero(np.array(rooms_of[0]) == room).tolist(),
+            test_set,
+            np.flatnonzero(np.array(rooms_of[1]) == room).tolist(),
+        )
+        for room in range(dataset.home.n_rooms)
+    ]
+
+
+def _whole(name: str, dataset: Dataset, config: Config) -> Episode:
+    if isinstance(dataset, DrawnViews):
+        test_set = dataset.own_test_views()
+        return Episode(name, dataset, range(len(dataset)), test_set, range(len(test_set)))
+    training, tests = split_frames(config, dataset)
+    if not tests:
+        kept = replace(config, test=replace(config.test, every=TEST_EVERY))
+        training, tests = split_frames(kept, dataset)
+    return Episode(name, dataset, training, dataset, tests)
+
+
+def transfer(qualities: Matrix) -> dict[str, float | None]:
+    """Return what a matrix of qualities says of the episodes that are done.
+
+    qualities: (n, n), see `Continual`. average_quality: of all episodes after the last;
+    backward_transfer: by how much what is learned later helps (or, below 0, harms) an episode
+    since it was learned (Lopez-Paz and Ranzato, 2017); forgetting: by how much less it is known
+    than when it was known best (Chaudhry et al., 2018). Means over all episodes but the last; None
+    before two are done.
+    """
+    done = int(np.isfinite(qualities).any(axis=1).sum())
+    known = qualities[:done, :done]
+    average = float(known[-1].mean()) if done else None
+    if done < 2:
+        return {"average_quality": _rounded(average), "backward_transfer": None, "forgetting": None}
+    last, first = known[-1, :-1], np.diag(known)[:-1]
+    best = [known[column:, column].max() for column in range(done - 1)]
+    return {
+        "average_quality": _rounded(average),
+        "backward_transfer": _rounded(float((last - first).mean())),
+        "forgetting": _rounded(float((np.array(best) - last).mean())),
+    }
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None or np.isnan(value) else round(value, 6)
