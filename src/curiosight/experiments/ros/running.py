@@ -28,6 +28,7 @@ def run_node(
     arguments: for ROS, what follows --ros-args. Raises ValueError, in one line, where ROS or its
     messages are missing, or ROS does not understand the arguments.
     """
+    share_heaps()
     ros = import_ros()
     rclpy = ros.rclpy
     try:
