@@ -17,7 +17,7 @@ from room import kinect, poses_around, render
 Capsys = pytest.CaptureFixture[str]
 DOCS = (Path(__file__).parent.parent / "docs/robot.md").read_text("utf-8")
 # A short one of each.
-SHORTER = {"views=40": "views=3", "--seconds 60": "--seconds 0.5", "--page 8000": "--page 0"}
+SHORTER = {"views=40": "views=3", "--seconds 60": "--seconds 2", "--page 8000": "--page 0"}
 
 
 def block(language: str) -> str:

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -53,8 +53,10 @@ def row_of(look: Look) -> dict[str, Any]:
     return {**told, "id": look.verdict.shot.frame.id}
 
 
-def record(sink: Any, n_looks: int) -> tuple[list[dict[str, Any]], dict[str, int]]:
-    """Record a watch of so many looks; return these, and how much was written."""
+def record(
+    sink: Any, n_looks: int, then: Callable[[], None] | None = None
+) -> tuple[list[dict[str, Any]], dict[str, int]]:
+    """Record a watch of so many looks, do what is to be done then; return these, and the counts."""
     looks: list[dict[str, Any]] = []
     recorders: list[Recorder] = []
 
@@ -69,6 +71,8 @@ def record(sink: Any, n_looks: int) -> tuple[list[dict[str, Any]], dict[str, int
         one.start("a room", VIEWS)
         wait_for(lambda: len(looks) >= n_looks)
         watch.stop()
+        if then is not None:
+            then()
         one.stop()
         assert one.problem is None
     return looks, one.counts()
@@ -213,7 +217,7 @@ class Slow:
     def begin(self, title: str, views: Sequence[Viewpoint]) -> None: ...
 
     def write(self, moment: Moment) -> None:
-        self.is_let_go.wait(30)
+        self.is_let_go.wait(60)
         self.moments.append(moment)
 
     def close(self) -> None: ...
@@ -224,8 +228,7 @@ def test_sink_that_is_slow_holds_up_nothing_and_what_it_missed_is_counted(
 ) -> None:
     monkeypatch.setattr(recorder, "N_WAITING", 5)
     slow = Slow()
-    threading.Timer(2, slow.is_let_go.set).start()
-    looks, counts = record(slow, 30)
+    looks, counts = record(slow, 30, then=slow.is_let_go.set)
     assert counts["looks_lost"] > 0
     assert counts["looks"] == sum(len(moment.looks) for moment in slow.moments)
     assert counts["looks"] + counts["looks_lost"] <= len(looks)

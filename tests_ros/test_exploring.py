@@ -18,7 +18,7 @@ def begun(graph: Graph, **parameters: object) -> tuple[Process, Process]:
     labels = graph.listener("/curiosight/labels", "sensor_msgs/msg/Image")
     node = graph.node("--learn", reliability="reliable", looks_per_goal=1, **parameters)
     has_begun(node)
-    labels.json(60, lambda one: one["data"]["max"] == 255)
+    labels.json(150, lambda one: one["data"]["max"] == 255)
     return node, graph.caller()
 
 

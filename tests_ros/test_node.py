@@ -34,9 +34,9 @@ def test_camera_of_another_stack_is_mapped_and_learned_from(graph: Graph, stack:
     assert (first["step"], first["data"]["bytes"]) == (640, 640 * 480)
     assert first["header"]["frame_id"] == "camera_color_optical_frame"
     assert 0 <= first["age_ms"] < 2000
-    taught = labels.json(60, lambda one: one["data"]["max"] == 255)
+    taught = labels.json(150, lambda one: one["data"]["max"] == 255)
     assert taught["encoding"] == "mono8"
-    learned = saliency.json(60, lambda one: one["data"]["max"] > 60)
+    learned = saliency.json(150, lambda one: one["data"]["max"] > 60)
     assert learned["header"]["stamp"]["sec"] >= first["header"]["stamp"]["sec"]
     assert floats.json(10)["encoding"] == "32FC1"
     assert infos.json(20, lambda one: one.get("database_version", 0) > 1)
@@ -52,7 +52,7 @@ def test_results_are_ranked_located_and_told(graph: Graph) -> None:
     told = graph.listener("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
     graph.camera(*SLOW)
     has_begun(graph.node("--learn", reliability="reliable"))
-    message = found.json(90, lambda one: len(one.get("detections", ())) > 1)
+    message = found.json(150, lambda one: len(one.get("detections", ())) > 1)
     scores = [one["results"][0]["hypothesis"]["score"] for one in message["detections"]]
     assert scores == sorted(scores, reverse=True)
     assert all(0.5 < score <= 1 for score in scores)
@@ -118,7 +118,7 @@ def test_depth_of_its_own_camera_is_registered(graph: Graph) -> None:
     labels = graph.listener("/curiosight/labels", IMAGE)
     graph.camera(*SLOW, "--faults", "own-camera")
     has_begun(graph.node("--learn", reliability="reliable"))
-    assert labels.json(60, lambda one: one["data"]["max"] == 255)
+    assert labels.json(150, lambda one: one["data"]["max"] == 255)
 
 
 def test_life_cycle_services_and_parameters(graph: Graph) -> None:

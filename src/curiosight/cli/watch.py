@@ -11,6 +11,7 @@ import typer
 from curiosight.cli import options
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.experiments.live_page import LivePage
+from curiosight.robot.heaps import share_heaps
 from curiosight.robot.page import HOST
 
 WATCHING = "Watching"
@@ -115,6 +116,7 @@ def watch(
         raise ValueError("host: expected --page PORT too, or there is no page to serve")
     if model is None and not learn:
         raise ValueError("model: expected --model RUN, --learn, or both; got neither")
+    share_heaps()
     with LivePage(page, host) as live:
         # At use: the page answers while all this is read.
         from curiosight.cli.talk import Talk

@@ -10,6 +10,7 @@ from curiosight.config import Config
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.ros.node import Asked, CuriosightNode
 from curiosight.experiments.ros.packages import import_ros
+from curiosight.robot.heaps import share_heaps
 
 TICK_S = 0.2
 # What is said at the end has so long to arrive.
@@ -28,6 +29,7 @@ def run_node(
     arguments: for ROS, what follows --ros-args. Raises ValueError, in one line, where ROS or its
     messages are missing, or ROS does not understand the arguments.
     """
+    share_heaps()
     ros = import_ros()
     rclpy = ros.rclpy
     try:
