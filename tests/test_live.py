@@ -65,6 +65,16 @@ def test_long_times_are_told_in_minutes_and_hours():
     assert ", 4 s left" in lines[-2]
 
 
+def test_time_left_is_of_what_came_after_the_pace_was_forgotten():
+    clock, text = Clock(), io.StringIO()
+    with FrameProgress(Console(file=text, width=200), "do", 3, clock=clock) as progress:
+        clock.now += 600  # of something else
+        progress.forget_pace()
+        clock.now += 4
+        progress.advance()
+    assert text.getvalue().splitlines()[0] == "do 1/3, 0.2 frames/s, 8 s left"
+
+
 @pytest.mark.parametrize("is_quiet", [False, True])
 def test_standard_output_stays_clean(capsys, is_quiet):
     run_frames(progress_console(is_quiet=is_quiet))

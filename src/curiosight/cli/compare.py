@@ -306,3 +306,4 @@ def _follow(talk: Talk, contest: Contest, pool: Workers, ctrl_c: CtrlC) -> None:
                 shown.advance(str(task))
             else:
                 talk.note(f"{task.source} is described and labelled")
+                shown.forget_pace()  # of runs

@@ -65,6 +65,10 @@ class FrameProgress:
         elif self._n_done < self._n_frames and self._is_line_due():
             self._print_line()
 
+    def forget_pace(self) -> None:
+        """Reckon the pace from now on: what was done so far is no measure of what comes."""
+        self._recent = deque([self._clock()], maxlen=_N_RECENT)
+
     def __enter__(self) -> Self:
         self._started = self._last_line = self._clock()
         self._recent = deque([self._started], maxlen=_N_RECENT)
