@@ -221,7 +221,7 @@ def test_folder_that_another_writes_is_left_to_it(copied: Path, capsys: Capsys) 
     with sole_writer(copied):
         before = files(copied)
         line = refusal(capsys, "compare", "--out", copied, "--resume")
-        assert f"is being written by another compare, process {os.getpid()}" in line
+        assert f"is being written by another command, process {os.getpid()}" in line
         assert files(copied) == before
 
 
