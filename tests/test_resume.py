@@ -23,7 +23,7 @@ Capsys = pytest.CaptureFixture[str]
 # All that a run says but its times.
 EXPLORED = ("model.npz", "steps.csv", "decisions.csv", "config.toml", "summary.json")
 LEARNED = ("model.npz", "config.toml", "summary.json")
-STEPS = 12
+STEPS = 8
 
 
 class Killed(BaseException):
@@ -84,12 +84,12 @@ def test_kills_at_random_moments_lose_nothing(
     rng, out = np.random.default_rng(16), tmp_path / "out"
     words = ("explore", room, "--steps", STEPS, "--out", out, "--quiet")
     n_killed = 0
-    for number in range(4):
-        is_timed = number < 2
+    for number in range(3):
+        is_timed = number < 1
         n_killed += kills.kill(
             *words,
             after_s=float(rng.uniform(0.3, 1.5)) if is_timed else None,
-            at=None if is_timed else int(rng.integers(30, 110)),
+            at=None if is_timed else int(rng.integers(30, 90)),
         )
         check_readable(out)
         if (out / "command.json").exists():
@@ -97,7 +97,7 @@ def test_kills_at_random_moments_lose_nothing(
             assert bytes_of(out, EXPLORED) == bytes_of(explored, EXPLORED)
             assert "report.html" in files(out)
         shutil.rmtree(out, ignore_errors=True)
-    assert n_killed >= 2
+    assert n_killed >= 2  # the one by the clock may come too late
 
 
 def test_killed_twice(
@@ -129,7 +129,7 @@ def test_learn_goes_on(
     "options",
     [
         ("--strategy", "progress-rate", "--regions", "growing"),
-        ("--strategy", "own:Mine", "--preset", "paper"),
+        ("--strategy", "own:Mine"),
         ("--strategy", "rl-iac", "--config", "backward.toml"),
     ],
     ids=" ".join,
@@ -144,9 +144,9 @@ def test_any_strategy_goes_on(
     monkeypatch.chdir(tmp_path)
     Path("own.py").write_text(OWN)
     Path("backward.toml").write_text('[explorer]\nprogress = "backward"\n')
-    words = (room, *options, "--steps", "24")
+    words = (room, *options, "--steps", "14")
     assert run(["explore", *map(str, words), "--out", "whole", "--quiet"]) == 0
-    killed_at(19, tmp_path / "out", monkeypatch, *words, every=12)
+    killed_at(12, tmp_path / "out", monkeypatch, *words, every=11)
     succeed(capsys, "explore", "--resume", "out", "--quiet")
     assert bytes_of(tmp_path / "out", EXPLORED) == bytes_of(tmp_path / "whole", EXPLORED)
 
@@ -217,7 +217,7 @@ def test_after_ctrl_c_a_run_goes_on(
 
 def test_finished_run_is_finished(explored: Path, model: Path, capsys: Capsys) -> None:
     before = bytes_of(explored, tuple(files(explored)))
-    for command, path, n_done in (("explore", explored, "12 steps"), ("learn", model, "8 frames")):
+    for command, path, n_done in (("explore", explored, "8 steps"), ("learn", model, "8 frames")):
         outcome = succeed(capsys, command, "--resume", path)
         assert outcome.err == f"{path}: the run is finished after {n_done}\n"
         assert outcome.out == ""
