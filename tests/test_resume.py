@@ -30,6 +30,12 @@ class Killed(BaseException):
     """Stands for a kill: nothing that comes after it is done."""
 
 
+@pytest.fixture
+def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw nothing at the end of a run, which takes longer than the run."""
+    monkeypatch.setattr("curiosight.cli.explore.tell_run", lambda *_: None)
+
+
 def bytes_of(folder: Path, names: tuple[str, ...]) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in names if (folder / name).exists()}
 
@@ -100,6 +106,7 @@ def test_kills_at_random_moments_lose_nothing(
     assert n_killed >= 2  # the one by the clock may come too late
 
 
+@pytest.mark.usefixtures("no_report")
 def test_killed_twice(
     kills: Killer, explored: Path, room: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
@@ -125,6 +132,7 @@ def test_learn_goes_on(
         shutil.rmtree(out)
 
 
+@pytest.mark.usefixtures("no_report")
 @pytest.mark.parametrize(
     "options",
     [
@@ -181,6 +189,7 @@ class Mine:
 '''
 
 
+@pytest.mark.usefixtures("no_report")
 def test_run_from_a_model_in_its_own_folder_goes_on(
     room: Path, explored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
@@ -202,6 +211,7 @@ def test_run_from_a_model_in_its_own_folder_goes_on(
     assert results[0] == results[1]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_after_ctrl_c_a_run_goes_on(
     room: Path, explored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
@@ -294,6 +304,7 @@ def test_other_frames_than_before_are_refused(
     assert "over other frames than the source" in refusal(capsys, "explore", "--resume", out)
 
 
+@pytest.mark.usefixtures("no_report")
 def test_strategy_that_cannot_be_kept_is_told_of(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
