@@ -3,13 +3,20 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint format clean
+.PHONY: demo test test-ros lint format clean
 
 demo: .venv/installed
 	$(BIN)/curiosight demo
 
 test: .venv/installed-dev
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
+# The ROS 2 node on a real graph. Makes an environment of its own, .ros, once: rclpy from wheels, and
+# a few packages of messages, which want cmake, make and a C++ compiler. Takes ten minutes, and the
+# machine to itself for its latencies; `make test` tests the node's core without ROS.
+test-ros:
+	@$(PYTHON) tests_ros/prepare.py .ros
+	.ros/venv/bin/python -m pytest tests_ros
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check

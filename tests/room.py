@@ -12,6 +12,8 @@ from curiosight.frame import Camera, Pose
 Array = npt.NDArray[np.float64]
 FLOOR_COLOUR = (120, 110, 95)
 FAR_METRES = 12.0
+# So many rays are cast at once that what is known of them stays in the cache.
+BAND_PIXELS = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,23 @@ def poses_around(n_views: int) -> list[Pose]:
 
 
 def render(camera: Camera, T_world_camera: Pose, boxes: tuple[Box, ...] = ROOM) -> View:
-    """Cast one ray through the middle of each pixel."""
-    v, u = np.mgrid[: camera.height, : camera.width]
+    """Cast one ray through the middle of each pixel, a few rows at a time: big images fit, too."""
+    bands = range(0, camera.height, max(1, BAND_PIXELS // camera.width))
+    seen = [
+        _render_rows(np.arange(camera.height)[first:][: bands.step], camera, T_world_camera, boxes)
+        for first in bands
+    ]
+    depth, surface, rgb = (np.concatenate(parts) for parts in zip(*seen, strict=True))
+    is_salient = np.array([False, *(box.is_salient for box in boxes), False])
+    truth = np.where(is_salient[surface], 255, 0).astype(np.uint8)
+    return View(rgb=rgb, depth=depth, surface=surface, ground_truth=truth)
+
+
+def _render_rows(
+    rows: npt.NDArray[np.int64], camera: Camera, T_world_camera: Pose, boxes: tuple[Box, ...]
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
+    """Return depth, surface and colour of some rows."""
+    v, u = np.meshgrid(rows, np.arange(camera.width), indexing="ij")
     rays = np.dstack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)])
     directions = rays @ T_world_camera[:3, :3].T
     origin = T_world_camera[:3, 3]
@@ -91,13 +108,8 @@ def render(camera: Camera, T_world_camera: Pose, boxes: tuple[Box, ...] = ROOM) 
         depth[is_nearer], surface[is_nearer] = distance[is_nearer], number
     is_nothing = ~(depth < FAR_METRES)
     depth[is_nothing], surface[is_nothing] = np.nan, -1
-    is_salient = np.array([False, *(box.is_salient for box in boxes), False])
-    return View(
-        rgb=_colours(surface, origin + directions * depth[..., None], boxes),
-        depth=depth.astype(np.float32),
-        surface=surface,
-        ground_truth=np.where(is_salient[surface], 255, 0).astype(np.uint8),
-    )
+    rgb = _colours(surface, origin + directions * depth[..., None], boxes)
+    return depth.astype(np.float32), surface, rgb
 
 
 def _hit(origin: Array, directions: Array, box: Box) -> Array:
@@ -106,8 +118,9 @@ def _hit(origin: Array, directions: Array, box: Box) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         near_side = (centre - half - origin) / directions
         far_side = (centre + half - origin) / directions
-    entry = np.fmin(near_side, far_side).max(axis=-1)
-    leave = np.fmax(near_side, far_side).min(axis=-1)
+    nearer, farther = np.fmin(near_side, far_side), np.fmax(near_side, far_side)
+    entry = np.maximum(np.maximum(nearer[..., 0], nearer[..., 1]), nearer[..., 2])
+    leave = np.minimum(np.minimum(farther[..., 0], farther[..., 1]), farther[..., 2])
     return np.where((entry <= leave) & (entry > 0), entry, np.inf)
 
 
@@ -116,7 +129,7 @@ def _colours(
 ) -> npt.NDArray[np.uint8]:
     """Colour surfaces, with a chequered floor and stripes of height on boxes as texture."""
     palette = np.array([FLOOR_COLOUR, *(box.colour for box in boxes), (0, 0, 0)], np.float64)
-    cells = np.floor(np.nan_to_num(points) / [0.25, 0.25, 0.08]).astype(int)
-    is_dark = np.where(surface == 0, cells[..., 0] + cells[..., 1], cells[..., 2]) % 2 == 1
-    shade = np.where(is_dark, 0.88, 1.0)
-    return np.asarray(palette[surface] * shade[..., None], np.uint8)
+    cells = np.floor(np.where(surface[..., None] < 0, 0, points) / [0.25, 0.25, 0.08]).astype(int)
+    is_dark = np.where(surface == 0, cells[..., 0] + cells[..., 1], cells[..., 2]) & 1
+    shaded = np.stack([palette, palette * 0.88]).astype(np.uint8)
+    return shaded[is_dark, surface]

@@ -17,7 +17,7 @@ ROWS = (
     {"teacher"},
     {"learner"},
     {"explorer", "worlds"},
-    {"evaluation", "explore", "config"},
+    {"evaluation", "explore", "config", "robot"},
     {"experiments", "viewing"},
     {"cli", "gym"},
     {"__main__"},
@@ -36,9 +36,11 @@ STAIRS = (
     {"memory", "given", "depth_and_masks"},
 )
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
-# The Gymnasium environments are a room of their own, and look into three others.
-MAX_ROOMS, MAX_ARROWS = 20 + 1, 91 + 3
-OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy"}
+# The Gymnasium environments are a room of their own, and look into three others; the robot's is
+# one, too, and looks into six.
+MAX_ROOMS, MAX_ARROWS = 20 + 1 + 1, 91 + 3 + 6
+OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
+OPTIONAL |= {"lz4", "backports", "mcap", "pyrealsense2", "depthai", "av", "lzfse", "liblzfse"}
 
 # What others' base classes make of ours; only who uses them imports these.
 ADAPTERS = {Path("learner/sklearn_estimator.py"), Path("gym/environment.py")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -64,6 +65,7 @@ def test_wall_at_a_metre_shows_nothing_salient() -> None:
         assert n_salient(Teacher().segment(frame).labels) == 0
 
 
+@cache
 def nonsense() -> dict[str, Depth]:
     """Return depth images that no sensor should give."""
     rng = np.random.default_rng(0)

@@ -18,6 +18,8 @@ COMMANDS = {
     "explore": "Explore a recording: look, predict, compare with depth, learn, choose where to "
     "look next.",
     "report": "Make report.html and figures/ of a run of explore again, from what is there.",
+    "watch": "Watch a source live: map its newest frame, learn meanwhile, say where to go and why.",
+    "ros": "Run a ROS 2 node: map what a camera sees, learn meanwhile, and explore by Nav2.",
     "compare": "Compare strategies: which learns fastest, in looks, metres and seconds of the "
     "robot.",
     "figures": "Draw the paper's figures of a source: SVG, PDF and the numbers as CSV.",
@@ -29,8 +31,7 @@ COMMANDS = {
     "segment": "Segment depth: objects on supports (salient), supports and walls (not), the rest "
     "unknown.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
-    "export": "Write a recording as an RL-IAC folder, which the program of the paper's authors "
-    "reads.",
+    "export": "Write a recording for others: as an RL-IAC folder or as a ROS bag.",
     "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",
     "score-teacher": "Score the teacher's labels, and its objects, against ground truth.",
     "bench": "Time the stages of the method, frame by frame, on one thread.",
@@ -55,6 +56,13 @@ class Plain:
 
 class Command(Plain, TyperCommand):
     """One command."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options; what follows --ros-args is for ROS, which appends it by itself."""
+        if self.name == "ros" and "--ros-args" in args and "--" not in args:
+            args = args.copy()
+            args.insert(args.index("--ros-args"), "--")
+        return super().parse_args(ctx, args)
 
 
 class Commands(Plain, TyperGroup):

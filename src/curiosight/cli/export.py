@@ -1,8 +1,10 @@
-"""curiosight export: a recording in the form of the paper's authors' own program."""
+"""curiosight export: a recording in the form of the paper's authors' own program, or as a bag."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,13 +14,17 @@ from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
-from curiosight.datasets import Dataset, GraphNode, RlIac, RlIacWriter
+from curiosight.datasets import BAG_LAYOUTS, BagWriter, Dataset, GraphNode, RlIac, RlIacWriter
+from curiosight.errors import DataError
 from curiosight.experiments.components import survey_dataset
 from curiosight.experiments.dividing import choose_regions, region_graph
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
+
+RL_IAC = "rl-iac"
+ENDINGS = {"ros1": ".bag", "rosbag2": "", "mcap": ".mcap"}
 
 
 @reads_source
@@ -29,6 +35,13 @@ def export(
         str | None,
         typer.Option(help="Divide it into regions: pose, pose:3x2x4, time:5, or a file."),
     ] = None,
+    layout: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="rl-iac, or a bag: ros1 (F.bag), rosbag2 (a folder), mcap (a bare F.mcap).",
+        ),
+    ] = RL_IAC,
     ground_truth: options.GroundTruth = None,
     preset: options.Preset = None,
     config: options.ConfigFile = None,
@@ -39,16 +52,24 @@ def export(
     *,
     reading: ReadingOverrides,
 ) -> None:
-    """Write a recording as an RL-IAC folder, which the program of the paper's authors reads.
+    """Write a recording for others: as an RL-IAC folder or as a ROS bag.
 
-    Writes image_data/ with x.png, x_depth.png (millimetres) and x_GT.png, input_region_map.dat,
-    camera.json, and region_map.dat where the source has a navigation graph or the ways between
-    its regions are known. Ctrl-C ends it early and keeps what is written.
+    RL-IAC, which the program of the paper's authors reads, is image_data/ with x.png, x_depth.png
+    (millimetres) and x_GT.png, input_region_map.dat, camera.json, and region_map.dat where the
+    source has a navigation graph or the ways between its regions are known. A bag holds colour,
+    depth, CameraInfo and poses (/tf), but neither ground truth nor regions. Ctrl-C ends it early
+    and keeps what is written.
     """
     talk = Talk(quiet=quiet, as_json=json)
     if every < 1:
         raise ValueError(f"every: expected 1 or more, got {every}")
     settings = load_config(preset, config, {**reading, "explorer.regions": regions})
+    if layout != RL_IAC:
+        if regions is not None or ground_truth is not None:
+            raise ValueError("layout: a bag holds no regions or ground truth; leave them away")
+        dataset = open_source(source, reading=settings.reading)
+        _export_bag(talk, source, dataset, layout, every, out, overwrite)
+        return
     folder = OutputFolder(out, "export", source, overwrite=overwrite)
     dataset = open_source(source, ground_truth=ground_truth, reading=settings.reading)
     with announce_compilation(talk.console):
@@ -69,6 +90,45 @@ def export(
     rows = {"frames": n_written, "regions": n_regions, "written to": folder.path}
     facts = {"frames": n_written, "regions": n_regions, "problems": problems.counts()}
     talk.results("export", rows, {**facts, "out": str(folder.path)})
+    if ctrl_c.is_pressed:
+        talk.note(f"stopped after {count(n_written, 'frame')}; these are kept")
+        raise typer.Exit(ctrl_c.status)
+
+
+def _export_bag(
+    talk: Talk,
+    source: Path,
+    dataset: Dataset,
+    layout: str,
+    every: int,
+    out: Path | None,
+    overwrite: bool,
+) -> None:
+    if layout not in BAG_LAYOUTS:
+        raise ValueError(f"layout: expected {RL_IAC}, {', '.join(BAG_LAYOUTS)}, got {layout!r}")
+    path = out or Path("runs") / f"export-{datetime.now():%Y%m%d-%H%M%S}{ENDINGS[layout]}"
+    if path.resolve().is_relative_to(source.resolve()):
+        found = "lies inside the recording, which stays as it is"
+        raise DataError(path, found, "choose an --out elsewhere")
+    indices = range(0, len(dataset), every)
+    writer = BagWriter(dataset, path, layout, indices=indices, overwrite=overwrite)
+    problems = Problems()
+    talk.introduce(source, dataset)
+    with CtrlC() as ctrl_c, talk.following("export", len(writer)) as shown:
+        for frame in ctrl_c.until_pressed(writer):
+            problems.add(frame)
+            shown.advance()
+        if not writer.n_written:
+            writer.abandon()
+            raise DataError(source, "has no frame that can be written", "see `curiosight info`")
+        n_written = writer.finish()
+    talk.warn_of(problems, len(writer), "were not written")
+    if writer.n_restamped:
+        n_frames = count(writer.n_restamped, "frame")
+        talk.warn(f"{n_frames} not later than the one before: stamped 1/30 s after it")
+    rows = {"frames": n_written, "layout": layout, "written to": path}
+    facts = {"frames": n_written, "layout": layout, "problems": problems.counts()}
+    talk.results("export", rows, {**facts, "out": str(path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(n_written, 'frame')}; these are kept")
         raise typer.Exit(ctrl_c.status)

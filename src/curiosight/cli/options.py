@@ -22,7 +22,7 @@ Source = Annotated[
     typer.Argument(
         metavar="SOURCE",
         help="A recording's folder, of nearly any layout (`curiosight info` says how it is read), "
-        "or room:SEED or home:SEED.",
+        "a ROS bag, or room:SEED or home:SEED.",
     ),
 ]
 ResumableSource = Annotated[

@@ -71,6 +71,15 @@ _OPTIONS: dict[str, Any] = {
             rich_help_panel=PANEL,
         ),
     ],
+    "topics": Annotated[
+        str | None,
+        typer.Option(
+            metavar="color=/A,depth=/B",
+            help="Topics of a bag to read, also info=/C of colour's CameraInfo and pose=/D.",
+            rich_help_panel=PANEL,
+            show_default="guessed, and said",
+        ),
+    ],
 }
 
 

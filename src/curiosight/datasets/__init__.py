@@ -5,21 +5,26 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from curiosight.datasets.bags.bag import bag_files
+from curiosight.datasets.bags.writer import BAG_LAYOUTS, BagWriter
 from curiosight.datasets.check import check_dataset
 from curiosight.datasets.dataset import Dataset, KnowsDistances, KnowsInstances, KnowsPlaces
 from curiosight.datasets.doubts import Doubt, find_doubts
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.fixing import fix_units
 from curiosight.datasets.layouts.arkit_scenes import ArkitScenes
+from curiosight.datasets.layouts.azure_kinect import AzureKinect
 from curiosight.datasets.layouts.bop import Bop
 from curiosight.datasets.layouts.dex_net import DexNet
 from curiosight.datasets.layouts.folder import Folder
 from curiosight.datasets.layouts.foreign import is_foreign, refusal
 from curiosight.datasets.layouts.icl_nuim import IclNuim
 from curiosight.datasets.layouts.images import Images
+from curiosight.datasets.layouts.lerobot import LeRobot
 from curiosight.datasets.layouts.named import Named
 from curiosight.datasets.layouts.open3d import Open3d
 from curiosight.datasets.layouts.osd import Osd
+from curiosight.datasets.layouts.record3d import Record3d
 from curiosight.datasets.layouts.refused import REFUSED
 from curiosight.datasets.layouts.replica import Replica
 from curiosight.datasets.layouts.rgbd_scenes import ObjectBox, RgbdScenes
@@ -27,6 +32,7 @@ from curiosight.datasets.layouts.rgbd_scenes_v2 import RgbdScenesV2
 from curiosight.datasets.layouts.rl_iac import RlIac
 from curiosight.datasets.layouts.rl_iac_tables import GraphNode
 from curiosight.datasets.layouts.rl_iac_writer import RlIacWriter, write_rl_iac
+from curiosight.datasets.layouts.ros_bag import RosBag
 from curiosight.datasets.layouts.scanner_app import ScannerApp
 from curiosight.datasets.layouts.scannet import ScanNet
 from curiosight.datasets.layouts.seven_scenes import SevenScenes
@@ -46,8 +52,11 @@ from curiosight.errors import DataError
 
 __all__ = [
     "AS_RECORDED",
+    "BAG_LAYOUTS",
     "SOURCES",
     "ArkitScenes",
+    "AzureKinect",
+    "BagWriter",
     "Bop",
     "Dataset",
     "DexNet",
@@ -60,18 +69,21 @@ __all__ = [
     "KnowsDistances",
     "KnowsInstances",
     "KnowsPlaces",
+    "LeRobot",
     "Named",
     "ObjectBox",
     "Open3d",
     "Osd",
     "Prefetch",
     "Reading",
+    "Record3d",
     "Recording",
     "Replica",
     "RgbdScenes",
     "RgbdScenesV2",
     "RlIac",
     "RlIacWriter",
+    "RosBag",
     "ScanNet",
     "ScannerApp",
     "SevenScenes",
@@ -92,6 +104,10 @@ __all__ = [
 
 # Tried in this order: a layout stands before those whose folders it would pass for.
 SOURCES = (
+    RosBag,
+    Record3d,
+    AzureKinect,
+    LeRobot,
     IclNuim,
     TumRgbd,
     TumAssociations,
@@ -139,7 +155,7 @@ def open_dataset(
     """
     path = Path(path)
     try:
-        dataset = _open(path)
+        dataset = _open(path, reading.topics)
     except OSError as error:
         raise DataError(path, f"cannot be read ({error.strerror})", "check its rights") from error
     if isinstance(dataset, Video):
@@ -157,11 +173,15 @@ def open_dataset(
     return dataset
 
 
-def _open(path: Path) -> Recording | Video:
+def _open(path: Path, topics: str) -> Recording | Video:
     if not path.exists():
         raise DataError(path, "does not exist", "check the path")
     if is_foreign(path):
         raise refusal(path)
+    if RosBag.recognises(path):
+        return RosBag(path, topics)
+    if topics:
+        raise DataError(path, "is no bag, and has no topics", "leave --topics away")
     for source in (*REFUSED, *SOURCES):
         if source.recognises(path):
             return source(path)
@@ -169,6 +189,12 @@ def _open(path: Path) -> Recording | Video:
         raise DataError(path, "is a file, and no video", "give the folder of a recording")
     if not os.listdir(path):
         raise DataError(path, "is an empty folder", "give the folder of a recording")
+    if bags := bag_files(path):
+        found = f"holds {len(bags)} bags"
+        raise DataError(path, found, f"give one of them, {bags[0].name} say")
+    if inside := [child for child in sorted(path.iterdir()) if _is_one_file(child)]:
+        found = f"holds {len(inside)} recordings of one file each"
+        raise DataError(path, found, f"give one of them, {inside[0].name} say")
     for child in sorted(path.iterdir()):
         if is_foreign(child):
             raise refusal(child)
@@ -180,6 +206,10 @@ def _open(path: Path) -> Recording | Video:
         return Named(path)
     remedy = f"did you mean {inside[0]}?" if inside else LOOKED_FOR
     raise DataError(path, "is no recording of a known layout", remedy)
+
+
+def _is_one_file(path: Path) -> bool:
+    return path.is_file() and (Record3d.recognises(path) or AzureKinect.recognises(path))
 
 
 def _has_depth(path: Path) -> bool:

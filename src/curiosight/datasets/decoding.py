@@ -83,6 +83,17 @@ def is_lossy(content: bytes) -> bool:
     return content.startswith(JPEG_START) or content[8:12] == b"WEBP"
 
 
+def decode_content(name: str, content: bytes, flags: int) -> npt.NDArray[Any]:
+    """Decode an image that is in memory; raises `UnreadableFile`, which calls it by its name.
+
+    flags: OpenCV's.
+    """
+    fault = _fault(content)
+    if fault:
+        raise UnreadableFile(f"{name} {fault}")
+    return _decoded(Path(name), content, flags)
+
+
 def _turning(is_turned: bool) -> int:
     return 0 if is_turned else int(cv2.IMREAD_IGNORE_ORIENTATION)
 

@@ -35,6 +35,7 @@ class Reading:
         recording has confidence, which leaves out what the sensor itself calls low.
     depth_camera: a file with the intrinsics of the depth camera and `T_colour_depth`, for depth
         that is not registered to colour; "" = none.
+    topics: of a bag, `color=/a,depth=/b,info=/c,pose=/d`; those not named are guessed.
     """
 
     depth_scale: float = 0.0
@@ -43,6 +44,7 @@ class Reading:
     pose_axes: str = ""
     min_confidence: int = -1
     depth_camera: str = ""
+    topics: str = ""
 
     def __post_init__(self) -> None:
         if not 0 <= self.depth_scale <= MAX_DEPTH_SCALE:

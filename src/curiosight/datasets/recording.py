@@ -19,7 +19,7 @@ from curiosight.datasets.cameras.camera_file import (
 from curiosight.datasets.cameras.depth_camera import DepthCamera, read_depth_camera, with_window
 from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.decoding import UnreadableFile, read_grey, read_rgb
-from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, read_depth
+from curiosight.datasets.depth_files import MILLIMETRES, DepthForm, Raw, read_raw_depth
 from curiosight.datasets.entries import Entry, check_unique_ids
 from curiosight.datasets.masks import (
     MASK_ENDINGS,
@@ -111,7 +111,7 @@ class Recording:
         self._has_floats = False
         if camera is not None:
             depth_files = [entry.depth for entry in self.entries if entry.depth]
-            raw = first_depth(depth_files)
+            raw = first_depth(depth_files, self.read_raw)
             if raw is not None:
                 self.depth_size = raw.shape[1], raw.shape[0]
                 self._has_floats = raw.dtype.kind == "f"
@@ -256,7 +256,15 @@ class Recording:
 
     def read_depth(self, path: Path) -> Depth:
         """Read depth as it was recorded, (h, w) float32 metres; raises `UnreadableFile`."""
-        return read_depth(path, self.depth_form)
+        return self.depth_form.to_metres(self.read_raw(path))
+
+    def read_raw(self, path: Path) -> Raw:
+        """Read the (h, w) numbers of a depth image as they are; raises `UnreadableFile`."""
+        return read_raw_depth(path)
+
+    def read_confidence(self, path: Path) -> npt.NDArray[Any]:
+        """Read how sure depth is, (h, w) whole numbers; raises `UnreadableFile`."""
+        return read_grey(path)
 
     def read_rgb(self, path: Path) -> Rgb:
         """Read a colour image, (H, W, 3) uint8; raises `UnreadableFile`."""
@@ -315,7 +323,7 @@ class Recording:
         if self.depth_size is not None:
             check_frame_size(entry.depth, depth.shape, self.depth_size)
         if entry.confidence is not None and self.min_confidence > 0:
-            confidence = fit_to(read_grey(entry.confidence), depth.shape[1::-1])
+            confidence = fit_to(self.read_confidence(entry.confidence), depth.shape[1::-1])
             depth[confidence < self.min_confidence] = np.nan
         depth_camera = entry.depth_camera or self.depth_camera
         if depth_camera is not None:

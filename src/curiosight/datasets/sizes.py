@@ -70,7 +70,7 @@ def first_size(paths: Iterable[Path], read: Callable[[Path], npt.NDArray[Any]]) 
     return None
 
 
-def first_depth(images: Iterable[Path]) -> Raw | None:
+def first_depth(images: Iterable[Path], read: Callable[[Path], Raw] = read_raw_depth) -> Raw | None:
     """Return the first depth image that can be read, as it is stored; None if none can.
 
     Raises `DataError` where depth has 8 bits a pixel and no image has the 16 it needs.
@@ -78,7 +78,7 @@ def first_depth(images: Iterable[Path]) -> Raw | None:
     eight_bit = None
     for path in images:
         try:
-            return read_raw_depth(path)
+            return read(path)
         except EightBitDepth:
             eight_bit = eight_bit or path
         except UnreadableFile:

@@ -29,7 +29,8 @@ class OutputFolder:
 
     path: None = a new folder `runs/<command>-<date>-<time>`. One that exists and is not empty
         is refused unless `overwrite`; then files of the same names are replaced.
-    source: the recording that is read; nothing is written into it but a new `runs` folder.
+    source: the recording that is read; nothing is written into it but a new `runs` folder. None =
+        none is.
     option: that lets a command write into a folder that is not empty.
     """
 
@@ -37,7 +38,7 @@ class OutputFolder:
         self,
         path: Path | None,
         command: str,
-        source: Path,
+        source: Path | None,
         *,
         overwrite: bool = False,
         option: str = "--overwrite",
@@ -47,7 +48,7 @@ class OutputFolder:
         self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
         self._is_made = False
         with writing(self.path):
-            if path is not None and path.resolve().is_relative_to(source.resolve()):
+            if path and source and path.resolve().is_relative_to(source.resolve()):
                 found = "lies inside the recording, which stays as it is"
                 raise DataError(path, found, "choose an --out elsewhere")
             if self.path.exists():

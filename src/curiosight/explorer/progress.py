@@ -95,6 +95,8 @@ class ProgressMeter:
         self._smoothing = smoothing
         self._min_errors = min_errors
         self._undefined = undefined
+        # What more there was is never asked for: a robot looks for weeks.
+        self._n_kept = max(theta + smoothing - 1, min_errors)
         self._errors: dict[int, list[float]] = {}
         self._n_visits: dict[int, int] = {}
 
@@ -106,6 +108,7 @@ class ProgressMeter:
             error = errors[-1]
         if error is not None:
             errors.append(error)
+            del errors[: -self._n_kept]
 
     def n_visits(self, region: int) -> int:
         return self._n_visits.get(region, 0)

@@ -162,6 +162,11 @@ class DrawnViews(ABC):
                 drawn = self._render(CAMERA, pose, rng, n_looks)
             yield self._sensed(*drawn, pose, id, rng, CAMERA)
 
+    def let_go(self) -> None:
+        """Free the memory of what draws the views; it is made anew when one is asked for."""
+        with self._lock:
+            self._looks.clear()
+
     @property
     def is_drawn_anew(self) -> bool:
         """Tell whether some of it looks different at every look."""

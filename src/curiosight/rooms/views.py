@@ -116,6 +116,10 @@ class RoomViews(DrawnViews):
         """What draws the room; its light takes some seconds."""
         return Renderer(self.room.scene, n_threads=2)
 
+    def let_go(self) -> None:
+        super().let_go()
+        vars(self).pop("renderer", None)
+
     def own_test_views(self, *, is_after: bool = False) -> RoomViews:
         return self.test_views(N_TEST_VIEWS)
 

@@ -17,6 +17,8 @@ from curiosight.rooms import (
     parse_room,
 )
 
+CAMERAS = ("realsense:", "oak:", "camera:")
+
 
 def open_source(
     source: Path | str,
@@ -27,15 +29,32 @@ def open_source(
     """Open a recording's folder, or the views of what is drawn: room:SEED[,key=value…] or home:….
 
     ground_truth, reading: see `open_dataset`. Raises `DataError` for a recording that cannot be
-    opened, ValueError for a room or home that cannot be drawn.
+    opened, ValueError for a room or home that cannot be drawn, and for a live camera.
     """
+    if is_camera(source):
+        found = f"got the live camera {source}, which `curiosight watch` looks through"
+        raise ValueError(f"source: expected a recording or what is drawn, {found}")
     if not is_drawn(source):
         return open_dataset(source, ground_truth=ground_truth, reading=reading)
     if ground_truth is not None:
         raise ValueError("ground-truth: expected none for what is drawn, which has its own")
+    check_drawn(reading)
+    return open_drawn(str(source))
+
+
+def is_camera(source: Path | str) -> bool:
+    """Tell whether a source names a live camera: realsense:…, oak:… or camera:….
+
+    >>> is_camera("realsense:"), is_camera("camera:0"), is_camera("recording")
+    (True, True, False)
+    """
+    return str(source).startswith(CAMERAS)
+
+
+def check_drawn(reading: Reading) -> None:
+    """Raise ValueError where it overrules anything of what is drawn."""
     if reading != AS_RECORDED:
         raise ValueError("reading: expected nothing of what is drawn to be overruled, it is right")
-    return open_drawn(str(source))
 
 
 def is_drawn(source: Path | str) -> bool:

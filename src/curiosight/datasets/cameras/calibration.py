@@ -60,7 +60,7 @@ def find_calibration(
     found = find_camera(path, avoid=avoid)
     if found is None:
         remarks.append(f"no camera.json: {whose}")
-        return CameraFile(_usual_camera(usual, size), None, is_assumed=True)
+        return CameraFile(usual_camera(usual, size), None, is_assumed=True)
     camera = replace(found, size=_size_of(found, size)).camera(size)
     remarks.append(
         f"camera of {_shown(found.path, path)}: fx {camera.fx:.6g}, fy {camera.fy:.6g}, "
@@ -85,7 +85,7 @@ def _is_of_others(path: Path) -> bool:
     return not mistyped and (bool(unknown) or "depth_scale" not in keys)
 
 
-def _usual_camera(usual: Camera, size: Size) -> Camera:
+def usual_camera(usual: Camera, size: Size) -> Camera:
     """Return the intrinsics that are usual, for images of (width, height).
 
     A camera that is no more than guessed has square pixels, whatever shape its images have.

@@ -7,47 +7,30 @@ from pathlib import Path
 from curiosight.errors import DataError
 
 AS_FOLDER = "write its colour and depth (16-bit PNG) to rgb/ and depth/, with a camera.json"
-RECORD3D = f"{AS_FOLDER}: its own depth is float metres in LZFSE or EXR"
+RECORD3D = (
+    f"is a recording of Record3D with depth as EXR|share it as .r3d, which is read, or {AS_FOLDER}"
+)
 REMEDY = {
-    ".bag": f"is a bag of ROS 1 or RealSense|{AS_FOLDER}",
-    ".db3": f"is a bag of ROS 2|{AS_FOLDER}",
-    ".mcap": f"is a bag of ROS 2|{AS_FOLDER}",
     ".sens": "is a scan of ScanNet|export its color, depth, pose, intrinsic with SensReader",
     ".oni": f"is a recording of OpenNI|{AS_FOLDER}",
-    ".mkv": "is a recording of an Azure Kinect|unpack it with Open3D's azure_kinect_mkv_reader.py",
-    ".r3d": f"is a recording of Record3D|{RECORD3D}",
     ".klg": f"is a log of ElasticFusion's logger|{AS_FOLDER}",
 }
-# A video in Matroska is a Kinect's where it has its tags, or a raw track of depth.
-KINECT_MARKS = (b"K4A_DEPTH_MODE", b"K4A_CALIBRATION_FILE", b"V_MS/VFW/FOURCC")
-HEAD_BYTES = 1_000_000
 
 
 def is_foreign(path: Path) -> bool:
     """Tell whether a path is a recording of another program's that is not read here."""
     if _is_record3d(path):
         return True
-    ending = path.suffix.lower()
-    if ending not in REMEDY or not path.is_file():
-        return False
-    return ending != ".mkv" or _is_kinects(path)
+    return path.suffix.lower() in REMEDY and path.is_file()
 
 
 def refusal(path: Path) -> DataError:
     """Return the error that says what a foreign recording is and how to convert it."""
-    ending = ".r3d" if path.is_dir() else path.suffix.lower()
-    found, _, remedy = REMEDY[ending].partition("|")
+    told = RECORD3D if path.is_dir() else REMEDY[path.suffix.lower()]
+    found, _, remedy = told.partition("|")
     return DataError(path, f"{found}, which is not read", remedy)
 
 
 def _is_record3d(path: Path) -> bool:
-    """Tell whether a folder is an unpacked recording of Record3D, or what it exports with EXR."""
-    if (path / "metadata").is_file():
-        return any((path / "rgbd").glob("*.depth"))
+    """Tell whether a folder is what Record3D exports with EXR."""
     return (path / "metadata.json").is_file() and any((path / "depth").glob("*.exr"))
-
-
-def _is_kinects(path: Path) -> bool:
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
-    return any(mark in head for mark in KINECT_MARKS)

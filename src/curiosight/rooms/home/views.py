@@ -118,6 +118,13 @@ class HomeViews(DrawnViews):
         n_views = N_ROOM_TEST_VIEWS if self._settings.path == "orbit" else N_TEST_VIEWS
         return self.test_views(n_views, is_after=is_after)
 
+    def let_go(self) -> None:
+        super().let_go()
+        self._renderers = HomeRenderers(self.home)
+        for home in filter(None, (self.home, self.home.after)):
+            for number in range(home.n_rooms):
+                home.forget(number)
+
     def is_place_of(self, other: DrawnViews) -> bool:
         return isinstance(other, HomeViews) and self.home is other.home
 
