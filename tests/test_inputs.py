@@ -147,7 +147,7 @@ def test_packed_array_that_would_be_too_large(
 
 READERS = {"read_bytes", "read_text", "loadtxt", "genfromtxt", "fromfile", "imread"}
 # What reads a file that we wrote, or that came with the package.
-OWN = ("experiments/", "viewing/", "cli/")
+OWN = ("experiments/", "viewing/", "cli/", "robot/page/")
 
 
 @pytest.mark.parametrize(

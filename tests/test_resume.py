@@ -23,11 +23,17 @@ Capsys = pytest.CaptureFixture[str]
 # All that a run says but its times.
 EXPLORED = ("model.npz", "steps.csv", "decisions.csv", "config.toml", "summary.json")
 LEARNED = ("model.npz", "config.toml", "summary.json")
-STEPS = 12
+STEPS = 8
 
 
 class Killed(BaseException):
     """Stands for a kill: nothing that comes after it is done."""
+
+
+@pytest.fixture
+def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw nothing at the end of a run, which takes longer than the run."""
+    monkeypatch.setattr("curiosight.cli.explore.tell_run", lambda *_: None)
 
 
 def bytes_of(folder: Path, names: tuple[str, ...]) -> dict[str, bytes]:
@@ -84,12 +90,12 @@ def test_kills_at_random_moments_lose_nothing(
     rng, out = np.random.default_rng(16), tmp_path / "out"
     words = ("explore", room, "--steps", STEPS, "--out", out, "--quiet")
     n_killed = 0
-    for number in range(4):
-        is_timed = number < 2
+    for number in range(3):
+        is_timed = number < 1
         n_killed += kills.kill(
             *words,
             after_s=float(rng.uniform(0.3, 1.5)) if is_timed else None,
-            at=None if is_timed else int(rng.integers(30, 110)),
+            at=None if is_timed else int(rng.integers(30, 90)),
         )
         check_readable(out)
         if (out / "command.json").exists():
@@ -97,9 +103,10 @@ def test_kills_at_random_moments_lose_nothing(
             assert bytes_of(out, EXPLORED) == bytes_of(explored, EXPLORED)
             assert "report.html" in files(out)
         shutil.rmtree(out, ignore_errors=True)
-    assert n_killed >= 2
+    assert n_killed >= 2  # the one by the clock may come too late
 
 
+@pytest.mark.usefixtures("no_report")
 def test_killed_twice(
     kills: Killer, explored: Path, room: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
@@ -125,11 +132,12 @@ def test_learn_goes_on(
         shutil.rmtree(out)
 
 
+@pytest.mark.usefixtures("no_report")
 @pytest.mark.parametrize(
     "options",
     [
         ("--strategy", "progress-rate", "--regions", "growing"),
-        ("--strategy", "own:Mine", "--preset", "paper"),
+        ("--strategy", "own:Mine"),
         ("--strategy", "rl-iac", "--config", "backward.toml"),
     ],
     ids=" ".join,
@@ -144,9 +152,9 @@ def test_any_strategy_goes_on(
     monkeypatch.chdir(tmp_path)
     Path("own.py").write_text(OWN)
     Path("backward.toml").write_text('[explorer]\nprogress = "backward"\n')
-    words = (room, *options, "--steps", "24")
+    words = (room, *options, "--steps", "14")
     assert run(["explore", *map(str, words), "--out", "whole", "--quiet"]) == 0
-    killed_at(19, tmp_path / "out", monkeypatch, *words, every=12)
+    killed_at(12, tmp_path / "out", monkeypatch, *words, every=11)
     succeed(capsys, "explore", "--resume", "out", "--quiet")
     assert bytes_of(tmp_path / "out", EXPLORED) == bytes_of(tmp_path / "whole", EXPLORED)
 
@@ -181,6 +189,7 @@ class Mine:
 '''
 
 
+@pytest.mark.usefixtures("no_report")
 def test_run_from_a_model_in_its_own_folder_goes_on(
     room: Path, explored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
@@ -202,6 +211,7 @@ def test_run_from_a_model_in_its_own_folder_goes_on(
     assert results[0] == results[1]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_after_ctrl_c_a_run_goes_on(
     room: Path, explored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
@@ -217,7 +227,7 @@ def test_after_ctrl_c_a_run_goes_on(
 
 def test_finished_run_is_finished(explored: Path, model: Path, capsys: Capsys) -> None:
     before = bytes_of(explored, tuple(files(explored)))
-    for command, path, n_done in (("explore", explored, "12 steps"), ("learn", model, "8 frames")):
+    for command, path, n_done in (("explore", explored, "8 steps"), ("learn", model, "8 frames")):
         outcome = succeed(capsys, command, "--resume", path)
         assert outcome.err == f"{path}: the run is finished after {n_done}\n"
         assert outcome.out == ""
@@ -294,6 +304,7 @@ def test_other_frames_than_before_are_refused(
     assert "over other frames than the source" in refusal(capsys, "explore", "--resume", out)
 
 
+@pytest.mark.usefixtures("no_report")
 def test_strategy_that_cannot_be_kept_is_told_of(
     room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:

@@ -15,6 +15,7 @@ from curiosight.errors import DataError
 from curiosight.experiments.command_file import GivenCommand
 from curiosight.experiments.exploring import SUMMARY
 from curiosight.experiments.output import OutputFolder
+from curiosight.worlds.sources import is_drawn
 
 BESIDE = ("resume", "quiet", "json")
 Resume = Annotated[
@@ -31,7 +32,8 @@ Resume = Annotated[
 def given_now(command: str, source: Path, **paths: Path | None) -> GivenCommand:
     """Return what a command was given, as it can be given from anywhere."""
     known = {name: None if one is None else from_anywhere(one) for name, one in paths.items()}
-    return GivenCommand(command, __version__, from_anywhere(source), **known)
+    named = str(source) if is_drawn(source) else from_anywhere(source)
+    return GivenCommand(command, __version__, named, **known)
 
 
 def check_alone(context: typer.Context) -> None:

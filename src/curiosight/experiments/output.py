@@ -199,6 +199,7 @@ class TableFile:
     def _go_on(self, n_kept: int) -> None:
         n_bytes = self._file.seek(0, os.SEEK_END)
         if n_bytes < n_kept:
+            self._file.close()
             found = f"holds {n_bytes} bytes, not the {n_kept} that it had"
             raise DataError(self._path, found, "put the whole file back")
         self._file.seek(n_kept)

@@ -26,6 +26,7 @@ from curiosight.datasets.bags.sqlite_file import SqliteFile
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.listing import natural_key
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 
 METADATA = "metadata.yaml"
 BagFile = McapFile | Ros1File | SqliteFile
@@ -215,7 +216,7 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        content = yaml.safe_load(path.read_text("utf-8"))
+        content = yaml.safe_load(read_text(path))
         told = content["rosbag2_bagfile_information"]
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
         return {}

@@ -21,6 +21,7 @@ from curiosight.datasets.listing import natural_key
 from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_text
 from curiosight.frame import Depth, Rgb
 
 INFO = "meta/info.json"
@@ -141,7 +142,7 @@ class _Videos:
 def _read(path: Path) -> dict[str, Any]:
     """Return a JSON object; empty where the file is none."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}

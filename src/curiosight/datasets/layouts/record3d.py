@@ -20,6 +20,7 @@ from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import Size, fit_camera, has_shape_of, image_size
 from curiosight.datasets.zip_files import ZipMembers
 from curiosight.errors import DataError
+from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Camera, Pose, Rgb, is_rigid
 
 ENDING, METADATA, FRAMES = ".r3d", "metadata", "rgbd"
@@ -144,7 +145,7 @@ class Record3d(Recording):
         if self._zip is not None:
             return self._zip.read(self._member(path))
         try:
-            return path.read_bytes()
+            return read_bytes(path)
         except OSError as error:
             raise UnreadableFile(f"{path.name} cannot be read ({error.strerror})") from error
 
