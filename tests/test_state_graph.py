@@ -95,7 +95,9 @@ def test_objects_of_ours() -> None:
 
 
 @pytest.mark.parametrize(
-    "one", [open, lambda: 0, json, np.array([None]), int, (i for i in ()), object()], ids=repr
+    "one",
+    [open, lambda: 0, json, np.array([None]), int, (i for i in ()), object()],
+    ids=lambda one: type(one).__name__,
 )
 def test_what_is_more_than_state_cannot_be_kept(one: Any) -> None:
     with pytest.raises(ValueError, match="cannot be kept"):
