@@ -149,7 +149,7 @@ def test_what_the_trees_drew_is_kept_with_them():
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"max_rows": 0}, "max_rows: expected 1 to inf, got 0"),
+        ({"max_rows": 0}, "max_rows: expected 1 or more, got 0"),
         ({"n_levels": 100}, r"n_levels: expected one of \(256, 128, .*, 2\), got 100"),
     ],
 )

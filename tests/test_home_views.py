@@ -216,7 +216,7 @@ def test_an_exploration_is_tested_on_the_home_as_it_is(
     given = GivenCommand("explore", "1", "home")
 
     def begun(name: str, mode: Mode = "new") -> Exploration:
-        out = OutputFolder(tmp_path / name, "explore", Path("home"), overwrite=True)
+        out = OutputFolder(tmp_path / name, "explore", Path("home"), goes_on=mode == "resumed")
         keeping = Keeping(every_looks=7, max_share=1.0)
         return Exploration(config, changing, out, given=given, mode=mode, keeping=keeping)
 

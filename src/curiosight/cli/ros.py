@@ -59,6 +59,7 @@ def ros(
     from curiosight.experiments.output import OutputFolder
     from curiosight.experiments.ros.node import Asked
     from curiosight.experiments.ros.running import run_node
+    from curiosight.learner.archive import MODEL
 
     if ros_args and ros_args[0] != "--ros-args":
         raise ValueError(f"ros: expected options, then --ros-args, got {ros_args[0]!r}")
@@ -71,6 +72,7 @@ def ros(
     }
     settings = load_config(preset, config, overrides)
     folder = OutputFolder(out, "ros", None, overwrite=overwrite)
+    folder.keep(MODEL)  # until there is another
     with CtrlC() as ctrl_c:
         asked = Asked(model, is_learning=learn)
         has_begun = run_node(settings, folder, asked, lambda: not ctrl_c.is_pressed, ros_args or ())

@@ -92,8 +92,10 @@ class Watching:
         The model that this one begins with stays, and so does one that it writes none instead of.
         """
         begun = self.asked.model and find_model(self.asked.model).resolve()
-        is_kept = not self.asked.is_learning or begun == (self.out.path / MODEL).resolve()
-        return [name for name in RESULTS if name != MODEL or not is_kept]
+        if self.asked.is_learning and begun != (self.out.path / MODEL).resolve():
+            return list(RESULTS)
+        self.out.keep(MODEL)
+        return [name for name in RESULTS if name != MODEL]
 
     @property
     def strategy(self) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from curiosight.files import writing
 
 # These write a model and what is told of it: one after the other they would make a mixture.
-OF_MODEL = frozenset(("explore", "learn", "demo", "watch"))
+OF_MODEL = frozenset(("explore", "learn", "demo", "watch", "ros", "continual"))
 
 
 class Written:
