@@ -168,6 +168,18 @@ def test_what_is_there_stays_unless_told(
     assert files(own) == kept
 
 
+def test_a_folder_does_not_take_the_place_of_a_file(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    path = export(capsys, room, "mcap", tmp_path)
+    kept = path.read_bytes()
+    again = ("export", room, "--layout", "rosbag2", "--out", path, "--overwrite")
+    line = refusal(capsys, *again)
+    assert "is a file; a bag of rosbag2 is a folder; choose another --out" in line
+    assert path.read_bytes() == kept
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_what_else_lies_in_the_folder_of_a_bag_is_not_lost(
     room: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
@@ -186,6 +198,9 @@ def test_wrong_wishes_leave_nothing_behind(room: Path, tmp_path: Path, capsys: C
     assert "layout: expected rl-iac, ros1, rosbag2, mcap, got 'ros3'" in said
     said = refusal(capsys, "export", room, "--layout", "ros1", "--regions", "time:2", *out)
     assert "a bag holds no regions" in said
+    for layout, name, ending in (("ros1", "a.ros1", ".bag"), ("mcap", "a.bag", ".mcap")):
+        said = refusal(capsys, "export", room, "--layout", layout, "--out", tmp_path / name)
+        assert f"path: expected a name that ends in {ending}, got '{name}'" in said
     inside = ("--layout", "ros1", "--out", room / "a.bag")
     assert "lies inside the recording" in refusal(capsys, "export", room, *inside)
     assert list(tmp_path.iterdir()) == []

@@ -289,6 +289,16 @@ def test_log_that_is_there_stays_unless_told(room: Path, tmp_path: Path, capsys:
         assert make_reader(file).get_summary() is not None
 
 
+def test_log_that_cannot_be_written_is_told_before_the_watch(
+    room: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    file = tmp_path / "file"
+    file.write_bytes(b"mine")
+    line = refusal(capsys, *watched(room, tmp_path, "--mcap", file / "new/a.mcap"))
+    assert "a.mcap: cannot be written (Not a directory); check the folder and its rights" in line
+    assert (files(tmp_path), file.read_bytes()) == ({"file"}, b"mine")
+
+
 @pytest.mark.parametrize("module", ["mcap", "mcap.writer"])
 def test_without_mcap_the_extra_is_named(
     module: str, room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys

@@ -385,3 +385,28 @@ def test_drawn_drive_is_kept_to_the_bit() -> None:
         assert np.array_equal(kept.depth, drawn.depth, equal_nan=True)
         assert np.array_equal(kept.T_world_camera, drawn.T_world_camera)
     drive.close()
+
+
+@pytest.mark.parametrize("more", [(), ("--learn",)])
+def test_model_that_it_begins_with_is_there_all_along(
+    more: tuple[str, ...],
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+) -> None:
+    run = tmp_path / "run"
+    succeed(capsys, "watch", room, "--learn", "--seconds", 0.7, "--out", run)
+    learned = (run / "model.npz").read_bytes()
+    found: list[bytes] = []
+    start = Watch.start
+
+    def look_and_start(watch: Watch) -> None:
+        found.append((run / "model.npz").read_bytes())
+        start(watch)
+
+    monkeypatch.setattr(Watch, "start", look_and_start)
+    again = ("watch", room, "--model", run, "--out", run, "--overwrite", "--seconds", 0.2)
+    succeed(capsys, *again, *more)
+    assert found == [learned]
+    assert more or (run / "model.npz").read_bytes() == learned

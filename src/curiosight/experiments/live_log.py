@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO
 
 from curiosight.errors import DataError
@@ -15,7 +16,7 @@ def live_log(path: Path, source: Path, *, overwrite: bool = False) -> McapLog:
     """Return the log that is to be written; its file is made when it begins.
 
     Raises `DataError` where there is such a file and it is not to be overwritten, where it would
-    lie in the source, or where mcap is not installed.
+    lie in the source or cannot be written, or where mcap is not installed.
     """
     _require_mcap(path)
     with writing(path):
@@ -26,7 +27,21 @@ def live_log(path: Path, source: Path, *, overwrite: bool = False) -> McapLog:
             raise DataError(path, "is a folder", "name a file")
         if path.exists() and not overwrite:
             raise _exists(path)
+        _try_to_write(path)
     return McapLog(str(path), partial(_open, path, overwrite=overwrite))
+
+
+def _try_to_write(path: Path) -> None:
+    """Raise `OSError` where a file cannot be written; leave all as it is.
+
+    Told before a watch begins: later it could only go on without its log.
+    """
+    if path.exists():
+        path.open("ab").close()
+        return
+    folder = next(folder for folder in path.absolute().parents if folder.exists())
+    with TemporaryFile(dir=folder):
+        pass
 
 
 def _open(path: Path, *, overwrite: bool) -> IO[bytes]:

@@ -95,7 +95,8 @@ class Segmenting:
             "frames": len(self._objects),
             "objects": sum(map(len, self._objects.values())),
             "scene": self._survey.scene,
-            "supports": dict(self._n_showing.most_common()),
+            # Sorted: sets of names come in another order in every process.
+            "supports": dict(sorted(self._n_showing.items(), key=lambda kind: (-kind[1], kind[0]))),
             "problems": self.problems.counts(),
         }
 

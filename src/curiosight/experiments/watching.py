@@ -81,7 +81,10 @@ class Watching:
         self.shown = Shown(self.watch, plan, title=title, save=self._save_now())
         self._views, self._title = parts.views, title
         self.recorders = [Recorder(self.watch, self.shown, sink) for sink in asked.sinks]
-        out.remove(self._outdated())
+        outdated = self._outdated()
+        if MODEL not in outdated:
+            out.keep(MODEL)  # else it would go with all that the earlier command wrote
+        out.remove(outdated)
         out.write_text("config.toml", to_toml(self.config))
         self._looks_file = TableFile(out.file(LOOKS), COLUMNS)
         self._decisions = DecisionsFile(out.file(DECISIONS), self.advice.strategy)

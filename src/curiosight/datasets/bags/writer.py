@@ -33,6 +33,8 @@ from curiosight.frame import Camera, Depth, Frame, Pose
 
 BagLayout = Literal["ros1", "rosbag2", "mcap"]
 BAG_LAYOUTS: tuple[BagLayout, ...] = get_args(BagLayout)
+# By its ending a file is told to be a bag, so one without it could not be read again.
+ENDINGS: dict[BagLayout, str] = {"ros1": ".bag", "mcap": ".mcap"}
 COLOUR_TOPIC = "/camera/color/image_raw"
 INFO_TOPIC = "/camera/color/camera_info"
 DEPTH_TOPIC = "/camera/aligned_depth_to_color/image_raw"
@@ -48,11 +50,12 @@ class BagWriter:
     """Write the frames of a recording into a bag, one by one.
 
     layout: "ros1" writes a .bag, "rosbag2" a folder with an SQLite database, "mcap" a bare .mcap.
-    path: appears with `finish`, whole; until then it grows in a folder beside it.
+    path: appears with `finish`, whole; until then it grows in a folder beside it. A file has the
+    ending of its kind.
     Depth is 16UC1 in millimetres where these hold it exactly, else 32FC1 in metres. Poses are on
     /tf, from map to the colour camera. Frames keep their stamps where these rise; else each comes
-    a thirtieth of a second after the one before. Raises `DataError` for a path that exists,
-    unless `overwrite` and it is a bag.
+    a thirtieth of a second after the one before. Raises `ValueError` for another ending, and
+    `DataError` for a path that exists, unless `overwrite` and it is a bag.
     """
 
     def __init__(
@@ -66,8 +69,11 @@ class BagWriter:
     ) -> None:
         if layout not in BAG_LAYOUTS:
             raise ValueError(f"layout: expected {', '.join(BAG_LAYOUTS)}, got {layout!r}")
+        ending = ENDINGS.get(layout, "")
+        if not path.name.lower().endswith(ending):
+            raise ValueError(f"path: expected a name that ends in {ending}, got {path.name!r}")
         require_rosbags(path)
-        _check_free(path, overwrite=overwrite)
+        _check_free(path, layout, overwrite=overwrite)
         self.path = path
         self.indices = tuple(range(len(dataset)) if indices is None else indices)
         self.n_written = self.n_restamped = 0
@@ -238,13 +244,15 @@ class BagWriter:
         return self._new(TF_MESSAGE, transforms=[stamped])
 
 
-def _check_free(path: Path, *, overwrite: bool) -> None:
+def _check_free(path: Path, layout: BagLayout, *, overwrite: bool) -> None:
     """Raise `DataError` where a path exists, unless it may be overwritten and is a bag alone."""
     if not path.exists():
         return
     if not overwrite:
         raise DataError(path, "exists", "choose another --out, or add --overwrite")
     if path.is_file():
+        if layout not in ENDINGS:  # a folder cannot take the place of a file
+            raise DataError(path, "is a file; a bag of rosbag2 is a folder", "choose another --out")
         return
     if not is_bag(path):
         raise DataError(path, "exists and is no bag", "choose another --out")
