@@ -97,7 +97,6 @@ class Watching:
         begun = self.asked.model and find_model(self.asked.model).resolve()
         if self.asked.is_learning and begun != (self.out.path / MODEL).resolve():
             return list(RESULTS)
-        self.out.keep(MODEL)
         return [name for name in RESULTS if name != MODEL]
 
     @property
