@@ -80,7 +80,8 @@ def bench(
     dataset = open_source(source, reading=settings.reading)
     if soak is not None:
         if against is not None or stage != "all":
-            raise ValueError("soak: expected no --stage or --against with it")
+            beside = f"--stage {stage}" if against is None else f"--against {against}"
+            raise ValueError(f"soak: expected no --stage or --against with it, got {beside}")
         raise typer.Exit(run_soak(talk, settings, dataset, soak, json))
     if against is None:
         with announce_compilation(talk.console):

@@ -106,7 +106,9 @@ class Bag:
         found = bag_files(self.path)
         named = [self.path / Path(str(n)).name for n in metadata.get("relative_file_paths") or ()]
         if not named:
-            self.remarks.append(f"there is no {METADATA}: it was not closed")
+            is_there = (self.path / METADATA).is_file()
+            what = f"{METADATA} tells nothing" if is_there else f"there is no {METADATA}"
+            self.remarks.append(f"{what}: it was not closed")
         missing = [file.name for file in named if not file.is_file()]
         if missing:
             self.remarks.append(f"{', '.join(missing)} is missing, though {METADATA} names it")
