@@ -20,6 +20,8 @@ from curiosight.robot.ros.missing import Quality, Seen
 
 COMPRESSED = re.compile(r"/compressed(Depth)?$")
 DEPTH_INFO = "CameraInfo of depth"
+# By so many frames it is judged what they lack: single messages get lost.
+N_JUDGED = 8
 
 
 def beside(image_topic: str) -> str:
@@ -46,6 +48,7 @@ class Inputs:
         self.floor: FloorMap | None = None
         self._ears = Ears(ros, node)
         self._told: tuple[int, dict[str, int]] = (0, {})
+        self._lacking: dict[str, int] = {}
 
     @property
     def has_depth(self) -> bool:
@@ -164,12 +167,14 @@ class Inputs:
         return "; ".join([why, *(one.misfit for one in of_tf if one.misfit)])
 
     def _lacks(self) -> dict[str, int]:
-        """Return what most frames since the last time taught nothing for, and how many."""
+        """Return what most of the last frames taught nothing for, and how many."""
         frames, (n_before, told) = self.frames, self._told
-        self._told = frames.n_settled, dict(frames.lacks)
-        fresh = {why: n - told.get(why, 0) for why, n in frames.lacks.items()}
         n_frames = frames.n_settled - n_before
-        return {why: n for why, n in fresh.items() if n > 0 and 2 * n >= n_frames}
+        if n_frames >= N_JUDGED:
+            fresh = {why: n - told.get(why, 0) for why, n in frames.lacks.items()}
+            self._lacking = {why: n for why, n in fresh.items() if n > 0 and 2 * n >= n_frames}
+            self._told = frames.n_settled, dict(frames.lacks)
+        return self._lacking
 
 
 # Topics that are asked for only where poses are.
