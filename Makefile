@@ -15,8 +15,8 @@ test: .venv/installed-dev
 # a few packages of messages, which want cmake, make and a C++ compiler. Takes ten minutes, and the
 # machine to itself for its latencies; `make test` tests the node's core without ROS.
 test-ros:
-	@$(PYTHON) tests_ros/prepare.py .ros
-	.ros/venv/bin/python -m pytest tests_ros
+	@$(PYTHON) tests/ros/prepare.py .ros
+	.ros/venv/bin/python -m pytest --confcutdir=tests/ros tests/ros
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check

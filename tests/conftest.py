@@ -10,6 +10,9 @@ import pytest
 from curiosight.cli.app import run
 from recordings import write_folder
 
+# The tests of the node on a real graph want an environment of their own: `make test-ros`.
+collect_ignore = ["ros"]
+
 
 @pytest.fixture(scope="module")
 def room(tmp_path_factory: pytest.TempPathFactory) -> Path:

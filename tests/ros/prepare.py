@@ -1,6 +1,6 @@
 """Make the environment of `make test-ros`: rclpy from wheels, and the messages that they lack.
 
-    python tests_ros/prepare.py FOLDER
+    python tests/ros/prepare.py FOLDER
 
 makes FOLDER/venv and FOLDER/install, once: what is there is kept as long as this file and the
 messages are the same. cmake, make and a C++ compiler have to be on the machine.
@@ -16,7 +16,7 @@ from os import environ, pathsep
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
+ROOT = HERE.parent.parent
 # In their order: those that follow need those before.
 PACKAGES = {
     "tf2_msgs": (HERE / "messages" / "tf2_msgs", ("geometry_msgs",)),

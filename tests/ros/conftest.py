@@ -19,7 +19,7 @@ import pytest
 
 HERE = Path(__file__).parent
 PEERS = HERE / "peers"
-ROS = Path(os.environ.get("CURIOSIGHT_ROS", HERE.parent / ".ros"))
+ROS = Path(os.environ.get("CURIOSIGHT_ROS", HERE.parent.parent / ".ros"))
 INSTALL = ROS / "install"
 FIRST_DOMAIN = 40
 
