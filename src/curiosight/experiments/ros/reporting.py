@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from curiosight.experiments.ros.learning import Learning
 from curiosight.experiments.ros.outputs import ERROR, OK, WARN
-
-if TYPE_CHECKING:
-    from curiosight.experiments.ros.learning import Learning
-    from curiosight.experiments.ros.node import CuriosightNode
-    from curiosight.robot.watch import Watch
+from curiosight.experiments.ros.owner import Owner
+from curiosight.robot.watch import Watch
 
 PERIOD_S = 1.0
 # After the activation others have so long to be found.
@@ -22,7 +20,7 @@ Row = tuple[str, int, str, dict[str, Any]]
 class Reporting:
     """Tell what is missing, how it goes, and publish what changes slowly."""
 
-    def __init__(self, owner: CuriosightNode) -> None:
+    def __init__(self, owner: Owner) -> None:
         self._owner = owner
         self._thread: threading.Thread | None = None
         self._is_over = threading.Event()

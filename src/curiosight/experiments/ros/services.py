@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from curiosight.errors import DataError
-
-if TYPE_CHECKING:
-    from curiosight.experiments.ros.node import CuriosightNode
+from curiosight.experiments.ros.owner import Owner
 
 
 class Services:
     """Private services of a configured node; each answers whether it was done, and in words."""
 
-    def __init__(self, owner: CuriosightNode) -> None:
+    def __init__(self, owner: Owner) -> None:
         self._owner = owner
         types = owner.ros.std_srvs_srv
         node = owner.node
