@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 # Of one file: pictures of a hundred million pixels, or boxes of a hundred thousand.
 MAX_BYTES = 2**29
@@ -55,6 +57,15 @@ def read_text(path: Path | str, encoding: str = "utf-8", max_bytes: int = MAX_BY
     """Return the text of a file, its lines ended by \\n; `OSError` or `UnicodeDecodeError`."""
     text = read_bytes(path, max_bytes).decode(encoding)
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_json_object(path: Path | str) -> dict[str, Any]:
+    """Return the JSON object that a file holds; empty where it cannot be read, or holds none."""
+    try:
+        content = json.loads(read_text(path))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def _check_size(path: Path | str, n_bytes: int, max_bytes: int) -> None:

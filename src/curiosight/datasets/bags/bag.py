@@ -21,7 +21,7 @@ from curiosight.datasets.bags.mcap_file import McapFile
 from curiosight.datasets.bags.message_types import ENCODINGS, decode
 from curiosight.datasets.bags.messages import Messages
 from curiosight.datasets.bags.ros1_file import Ros1File
-from curiosight.datasets.bags.sources import zstd_module
+from curiosight.datasets.bags.sources import BagFile, zstd_module
 from curiosight.datasets.bags.sqlite_file import SqliteFile
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.listing import natural_key
@@ -29,8 +29,11 @@ from curiosight.errors import DataError
 from curiosight.errors.inputs import read_text
 
 METADATA = "metadata.yaml"
-BagFile = McapFile | Ros1File | SqliteFile
-KINDS: dict[str, type[BagFile]] = {".bag": Ros1File, ".mcap": McapFile, ".db3": SqliteFile}
+KINDS: dict[str, type[BagFile]] = {
+    ".bag": Ros1File,
+    ".mcap": McapFile,
+    ".db3": SqliteFile,
+}
 # What a database that is open has beside it.
 BESIDE = ("-wal", "-shm", "-journal")
 PART = re.compile(r"(.*?)_\d+$")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -66,13 +67,12 @@ class BytesSource:
         return self._content[offset : offset + n_bytes]
 
 
-class ChunkedFile:
-    """A file of records, some of them in compressed chunks; scanned by those that build on it.
+class BagFile(ABC):
+    """One file of a bag: where its messages lie, and their bytes.
 
     n_announced: messages that the file itself says it holds, None if it does not say.
     faults: what is wrong with it, in words, such as "it is cut short".
     are_zstd: every message is compressed by itself.
-    It keeps no file open, so it can be pickled and read by any thread or process.
     """
 
     def __init__(self, path: Path, *, are_zstd: bool = False) -> None:
@@ -81,11 +81,28 @@ class ChunkedFile:
         self.topics: dict[tuple[str, str], Messages] = {}
         self.n_announced: int | None = None
         self.faults: list[str] = []
+
+    @abstractmethod
+    def read(self, messages: Messages, number: int) -> bytes:
+        """Return the bytes of a message; raises `UnreadableFile`."""
+
+    @abstractmethod
+    def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
+        """Yield the number and bytes of each message that can be read, opening it once."""
+
+
+class ChunkedFile(BagFile):
+    """A file of records, some of them in compressed chunks; scanned by those that build on it.
+
+    It keeps no file open, so it can be pickled and read by any thread or process.
+    """
+
+    def __init__(self, path: Path, *, are_zstd: bool = False) -> None:
+        super().__init__(path, are_zstd=are_zstd)
         self._chunks: list[tuple[int, int, str]] = []
         self._kept: tuple[tuple[int, bytes], ...] = ()
 
     def read(self, messages: Messages, number: int) -> bytes:
-        """Return the bytes of a message; raises `UnreadableFile`."""
         try:
             with FileSource(self.path) as source:
                 content = self._content(messages, number, source)
@@ -96,7 +113,6 @@ class ChunkedFile:
         return unpacked(content, "zstd") if self.are_zstd else content
 
     def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
-        """Yield the number and bytes of each message that can be read, opening it once."""
         with FileSource(self.path) as source:
             for number, length in enumerate(messages.lengths):
                 with suppress(OSError, UnreadableFile):

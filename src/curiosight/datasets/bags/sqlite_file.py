@@ -11,7 +11,7 @@ from urllib.parse import quote
 import yaml
 
 from curiosight.datasets.bags.messages import HEAD_BYTES, Messages, type_name
-from curiosight.datasets.bags.sources import unpacked
+from curiosight.datasets.bags.sources import BagFile, unpacked
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.errors import DataError
 
@@ -21,18 +21,11 @@ FAULTS = (sqlite3.Error, UnicodeDecodeError)
 REMEDY = "copy or record it again"
 
 
-class SqliteFile:
-    """A bag in a database. Raises `DataError` where it is none.
-
-    The attributes are those of `ChunkedFile`; the offset of a message is its row.
-    """
+class SqliteFile(BagFile):
+    """A bag in a database; the offset of a message is its row. `DataError` where it is none."""
 
     def __init__(self, path: Path, *, are_zstd: bool = False) -> None:
-        self.path = path
-        self.are_zstd = are_zstd
-        self.topics: dict[tuple[str, str], Messages] = {}
-        self.n_announced: int | None = None
-        self.faults: list[str] = []
+        super().__init__(path, are_zstd=are_zstd)
         with path.open("rb") as file:
             head = file.read(100)
             size = file.seek(0, 2)
@@ -45,7 +38,6 @@ class SqliteFile:
             self._scan(database)
 
     def read(self, messages: Messages, number: int) -> bytes:
-        """Return the bytes of a message; raises `UnreadableFile`."""
         try:
             with self._database() as database:
                 return self._content(database, messages.offsets[number])
@@ -53,7 +45,6 @@ class SqliteFile:
             raise UnreadableFile(f"{self.path.name} cannot be read ({error})") from error
 
     def contents(self, messages: Messages) -> Iterator[tuple[int, bytes]]:
-        """Yield the number and bytes of each message that can be read, opening it once."""
         with self._database() as database:
             for number, row in enumerate(messages.offsets):
                 with suppress(*FAULTS, UnreadableFile):

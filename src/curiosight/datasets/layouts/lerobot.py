@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import accumulate, takewhile
@@ -21,7 +20,7 @@ from curiosight.datasets.listing import natural_key
 from curiosight.datasets.recording import Recording
 from curiosight.datasets.sizes import image_size
 from curiosight.errors import DataError
-from curiosight.errors.inputs import read_text
+from curiosight.errors.inputs import read_json_object
 from curiosight.frame import Depth, Rgb
 
 INFO = "meta/info.json"
@@ -67,10 +66,10 @@ class LeRobot(Recording):
     @classmethod
     def recognises(cls, path: Path) -> bool:
         """Tell whether the folder says of itself that it is such a data set."""
-        return path.is_dir() and "codebase_version" in _read(path / INFO)
+        return path.is_dir() and "codebase_version" in read_json_object(path / INFO)
 
     def __init__(self, path: Path) -> None:
-        told = _read(path / INFO)
+        told = read_json_object(path / INFO)
         features = told.get("features")
         features = features if isinstance(features, dict) else {}
         colour, depth = _keys(path, features)
@@ -137,15 +136,6 @@ class _Videos:
             self._open = place, CodedVideo(self._files[place], 0)
         step_ns = round(1e9 / fps)
         return self._open[1].read(round(within / fps * 1e9), step_ns, is_depth=is_depth)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """Return a JSON object; empty where the file is none."""
-    try:
-        content = json.loads(read_text(path))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
 
 
 def _info(feature: Any) -> dict[str, Any]:

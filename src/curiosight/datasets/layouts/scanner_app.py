@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.scans import Scan, Scans, numbered, remark_on_poses, with_depth
 from curiosight.datasets.sizes import Size, image_size
 from curiosight.errors import DataError
-from curiosight.errors.inputs import read_text
+from curiosight.errors.inputs import read_json_object
 from curiosight.frame import Camera, Pose, is_rigid
 
 POSE_KEY, CAMERA_KEY, TIME_KEY = "cameraPoseARFrame", "intrinsics", "time"
@@ -47,7 +46,7 @@ class ScannerApp(Scans):
         if not any(folder.glob("depth_*.png")):
             return False
         files = itertools.islice(folder.glob("frame_*.json"), N_LOOKED_AT)
-        return any({POSE_KEY, CAMERA_KEY} <= _read(file).keys() for file in files)
+        return any({POSE_KEY, CAMERA_KEY} <= read_json_object(file).keys() for file in files)
 
     def read_scan(self, folder: Path) -> Scan:
         """List the frames that have depth."""
@@ -85,17 +84,8 @@ class ScannerApp(Scans):
         return Scan(entries, entries[0].camera, remarks=remarks)
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """Return a JSON object; empty where the file is none."""
-    try:
-        content = json.loads(read_text(path))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def _view(path: Path | None, size: Size) -> View:
-    content = {} if path is None else _read(path)
+    content = {} if path is None else read_json_object(path)
     pixels = pixels_of_numbers(_numbers(content.get(CAMERA_KEY), 9))
     pose = _pose(_numbers(content.get(POSE_KEY), 16))
     seconds = _numbers([content.get(TIME_KEY)], 1)
