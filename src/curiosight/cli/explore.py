@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,7 +20,15 @@ from curiosight.cli.lessons import (
 )
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.resume import Resume, check_alone, given_now, no_source, open_run, read_summary
+from curiosight.cli.resume import (
+    Resume,
+    check_alone,
+    given_now,
+    go_on_with,
+    no_source,
+    open_run,
+    read_summary,
+)
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.experiments.command_file import GivenCommand
@@ -190,9 +197,8 @@ def _follow_to_its_end(
     content = {**summary, **times, "out": str(folder.path)}
     talk.results("explore", _rows(summary, times, folder), content)
     if ctrl_c.is_pressed:
-        again = shlex.join(["curiosight", "explore", "--resume", str(folder.path)])
-        stopped = count(summary["steps"], "step")
-        talk.note(f"stopped after {stopped}; run and model are kept; go on with {again}")
+        stopped, again = count(summary["steps"], "step"), go_on_with("explore", folder.path)
+        talk.note(f"stopped after {stopped}; run and model are kept; {again}")
         raise typer.Exit(ctrl_c.status)
     if not run.has_learned:
         raise typer.Exit(LEARNED_NOTHING_STATUS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,15 @@ from curiosight.cli.lessons import (
     tell_samples,
 )
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.resume import Resume, check_alone, given_now, no_source, open_run, read_summary
+from curiosight.cli.resume import (
+    Resume,
+    check_alone,
+    given_now,
+    go_on_with,
+    no_source,
+    open_run,
+    read_summary,
+)
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config, to_toml
 from curiosight.errors import DataError
@@ -125,9 +132,8 @@ def _learn(
     tell_lessons(talk, off_line.lessons, has_learned=learner.is_trained)
     talk.results("learn", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
-        again = shlex.join(["curiosight", "learn", "--resume", str(folder.path)])
-        stopped = count(summary["frames"], "frame")
-        talk.note(f"stopped after {stopped}; the model of these is kept; go on with {again}")
+        stopped, again = count(summary["frames"], "frame"), go_on_with("learn", folder.path)
+        talk.note(f"stopped after {stopped}; the model of these is kept; {again}")
         raise typer.Exit(ctrl_c.status)
     if not learner.is_trained:
         raise typer.Exit(LEARNED_NOTHING_STATUS)

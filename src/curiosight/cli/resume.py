@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -59,6 +60,11 @@ def open_run(run: Path, command: str) -> tuple[GivenCommand, OutputFolder]:
     """Return what the run of a folder was given, and the folder to write on in."""
     given = GivenCommand.read(run, command)
     return given, OutputFolder(run, command, Path(given.source), goes_on=True)
+
+
+def go_on_with(command: str, run: Path) -> str:
+    """Return what goes on with a run, as a sentence has it."""
+    return f"go on with {shlex.join(['curiosight', command, '--resume', str(run)])}"
 
 
 def read_summary(run: Path) -> dict[str, Any] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.experiments.truth import find_truth_of_all, split_or_every_nth
 from curiosight.frame import Frame
 from curiosight.learner.observation import Teaches
 from curiosight.rooms import HomeViews
@@ -31,8 +31,6 @@ from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.sources import is_drawn, open_source
 
 Matrix = npt.NDArray[np.float64]
-# Of a recording without ground truth every so many frames are tested on.
-TEST_EVERY = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,11 +119,13 @@ class Continual:
         return self._teachers[id(dataset)]
 
     def _describe(self, episode: Episode) -> HeldOut:
-        most = self.config.test.max_frames
-        test_set, tests = episode.test_set, episode.tests
-        has_truth = any(map(test_set.has_ground_truth, tests))
-        teacher = None if has_truth else self._teacher_of(test_set)
-        truth = find_truth(test_set, tests, teacher, max_frames=most)
+        test_set = episode.test_set
+        truth = find_truth_of_all(
+            test_set,
+            episode.tests,
+            lambda: self._teacher_of(test_set),
+            max_frames=self.config.test.max_frames,
+        )
         labelled = truth.labelled_frames(Problems())
         held_out = HeldOut(self.learner, describe_tests(self.learner, labelled))
         if not held_out.n_frames:
@@ -183,10 +183,7 @@ def _whole(name: str, dataset: Dataset, config: Config) -> Episode:
     if isinstance(dataset, DrawnViews):
         test_set = dataset.own_test_views()
         return Episode(name, dataset, range(len(dataset)), test_set, range(len(test_set)))
-    training, tests = split_frames(config, dataset)
-    if not tests:
-        kept = replace(config, test=replace(config.test, every=TEST_EVERY))
-        training, tests = split_frames(kept, dataset)
+    training, tests = split_or_every_nth(config, dataset)
     return Episode(name, dataset, training, dataset, tests)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -23,6 +23,8 @@ Kind = Literal["ground truth", "teacher", "nothing"]
 # Where testing was not asked for: of the frames, those that must be left to learn from if the
 # frames with ground truth are to be kept out of learning.
 LEAST_TO_LEARN = 0.5
+# Of a recording without ground truth every so many frames are tested on.
+TEST_EVERY = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +103,22 @@ def find_truth(
     return Truth(kind, dataset, spread(with_truth or indices, max_frames), teacher)
 
 
+def find_truth_of_all(
+    dataset: Dataset,
+    indices: Sequence[int],
+    make_teacher: Callable[[], Teaches],
+    *,
+    max_frames: int | None = None,
+) -> Truth:
+    """Return what frames can be tested against that were chosen for it, see `find_truth`.
+
+    make_teacher: is called only where no frame has ground truth.
+    """
+    has_truth = any(map(dataset.has_ground_truth, indices))
+    teacher = None if has_truth else make_teacher()
+    return find_truth(dataset, indices, teacher, max_frames=max_frames)
+
+
 def spread(indices: Sequence[int], max_frames: int | None) -> tuple[int, ...]:
     """Return all of some frames, or of more than `max_frames` that many, evenly spread."""
     n_kept = len(indices) if max_frames is None else min(len(indices), max_frames)
@@ -129,3 +147,15 @@ def split_frames(
     if is_within_reach[training].sum() < LEAST_TO_LEARN * is_within_reach.sum():
         training = np.arange(len(dataset))
     return training.tolist(), test.tolist()
+
+
+def split_or_every_nth(config: Config, dataset: Dataset) -> tuple[Sequence[int], Sequence[int]]:
+    """Return what `split_frames` does; without ground truth every `TEST_EVERY`-th is tested on.
+
+    The teacher's labels stand in there, of frames that nobody learns from.
+    """
+    training, tests = split_frames(config, dataset)
+    if tests:
+        return training, tests
+    kept = replace(config, test=replace(config.test, every=TEST_EVERY))
+    return split_frames(kept, dataset)

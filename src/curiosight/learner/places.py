@@ -167,8 +167,7 @@ class Places:
         posed: Numbers = spots[self._cell_of_spot[spots] != NOWHERE]
         if not len(posed):
             return posed
-        cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
-        distance = np.hypot(*(cells - cell).T)
+        distance = self._distances(cell, posed)
         near: Numbers = posed[distance <= min(distance.min(), MAX_CELLS)]
         return near
 
@@ -186,8 +185,12 @@ class Places:
         posed = np.flatnonzero(self._cell_of_spot != NOWHERE)
         if not len(posed):
             return 0
+        return int(posed[self._distances(cell, posed).argmin()])
+
+    def _distances(self, cell: tuple[int, int], posed: Numbers) -> Array:
+        """Return (n,) how far some spots with a pose are from a cell, in cells."""
         cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
-        return int(posed[np.hypot(*(cells - cell).T).argmin()])
+        return np.hypot(*(cells - cell).T)  # type: ignore[no-any-return]
 
     def _spot_that_looks_like(self, look: Look) -> int:
         """Return the spot of a view without a pose; a new one only while no view has a pose."""

@@ -71,7 +71,7 @@ class FrameProgress:
 
     def __enter__(self) -> Self:
         self._started = self._last_line = self._clock()
-        self._recent = deque([self._started], maxlen=_N_RECENT)
+        self.forget_pace()
         if self._console.is_terminal and not self._console.quiet:
             self._bar = _new_bar(self._console)
             self._task = self._bar.add_task(self._title, total=self._n_frames, pace="", note="")

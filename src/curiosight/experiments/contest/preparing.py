@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from curiosight.experiments.contest.prepared import (
 from curiosight.experiments.contest.whole import whole_folder
 from curiosight.experiments.dividing import own_region_table
 from curiosight.experiments.problems import Problems
-from curiosight.experiments.truth import find_truth, split_frames
+from curiosight.experiments.truth import find_truth, split_or_every_nth
 from curiosight.experiments.ways import ways_between
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
@@ -47,8 +46,6 @@ from curiosight.worlds.travel import straight_ways
 
 # Of a drawn view: each visit has its own noise, exposure and screens.
 N_VISITS = 4
-# Of a recording without ground truth every so many frames are tested on.
-TEST_EVERY = 10
 
 
 def prepare(source: str, config: Config, folder: Path) -> Prepared:
@@ -69,12 +66,7 @@ def reach_and_tests(config: Config, dataset: Dataset) -> tuple[Sequence[int], Se
     """
     if isinstance(dataset, DrawnViews):
         return range(len(dataset)), []
-    reachable, tests = split_frames(config, dataset)
-    if tests:
-        return reachable, tests
-    # Without truth the teacher's labels stand in, of frames that nobody learns from.
-    kept = replace(config, test=replace(config.test, every=TEST_EVERY))
-    return split_frames(kept, dataset)
+    return split_or_every_nth(config, dataset)
 
 
 class Preparation:
