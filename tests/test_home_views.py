@@ -221,7 +221,7 @@ def test_an_exploration_is_tested_on_the_home_as_it_is(
         return Exploration(config, changing, out, given=given, mode=mode, keeping=keeping)
 
     run = begun("whole")
-    sources = [str(run.truth.dataset.path) for _ in run]  # type: ignore[attr-defined]
+    sources = [str(run.tests.truth.dataset.path) for _ in run]  # type: ignore[attr-defined]
     assert ["change" in source for source in sources] == 6 * [False] + 3 * [True]
     summary = run.finish()
     assert summary["test_source"].endswith("change=6:rearrange=1:room=1")

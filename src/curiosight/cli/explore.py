@@ -214,12 +214,12 @@ def _tell_keeping(talk: Talk, run: Exploration) -> None:
 
 def _tell_tests(talk: Talk, run: Exploration) -> None:
     """Tell what is wrong with the test frames; it is no warning where nobody asked for them."""
-    n_tested = len(run.truth.indices)
-    if run.is_test_asked:
+    n_tested = len(run.tests.truth.indices)
+    if run.tests.is_asked:
         talk.warn_of_learned(run.n_learned, n_tested)
-        talk.warn_of(run.test_problems, n_tested, "could not be tested on")
+        talk.warn_of(run.tests.problems, n_tested, "could not be tested on")
         return
-    for sentence in run.test_problems.sentences(n_tested, "could not be tested on"):
+    for sentence in run.tests.problems.sentences(n_tested, "could not be tested on"):
         talk.note(sentence)
 
 
@@ -233,15 +233,15 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
             "what the teacher remembers begin anew"
         )
     if given.test is not None:
-        talk.introduce(Path(given.test), run.truth.dataset)
+        talk.introduce(Path(given.test), run.tests.truth.dataset)
     if run.config != settings:
         talk.note("the model goes on with its own features and forest, not with these settings'")
     talk.note(
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), scene: "
         f"{run.survey.scene}, tested on: {tested_on(run)}"
     )
-    if run.unused_truth is not None:
-        talk.warn(f"the ground truth cannot be tested against: {run.unused_truth}")
+    if run.tests.unused_truth is not None:
+        talk.warn(f"the ground truth cannot be tested against: {run.tests.unused_truth}")
     n_within_reach = len(run.world.views)
     if run.is_tested_on_learned:
         talk.note(
@@ -253,10 +253,10 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
             f"learns from {n_within_reach} of {len(run.dataset)} frames; the others are "
             "tested on, or too close to those"
         )
-    tested = run.truth.dataset
-    if run.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):
+    tested = run.tests.truth.dataset
+    if run.tests.truth.kind == "teacher" and any(map(tested.has_ground_truth, range(len(tested)))):
         talk.warn("the ground truth is not of the frames that are kept for testing: not used")
-    n_left_out = len(run.truth.indices) - run.held_out.n_frames
+    n_left_out = len(run.tests.truth.indices) - run.tests.held_out.n_frames
     if n_left_out:
         talk.note(f"  without {count(n_left_out, 'test frame')}: bad, or nothing salient in view")
 
@@ -273,9 +273,9 @@ def follow(talk: Talk, run: Exploration, ctrl_c: CtrlC) -> None:
 
 def tested_on(run: Exploration) -> str:
     """Say what a run is tested on, and how many frames of it."""
-    if run.truth.kind == "nothing":
+    if run.tests.truth.kind == "nothing":
         return "nothing"
-    return f"{run.truth.kind}, {count(len(run.truth.indices), 'frame')}"
+    return f"{run.tests.truth.kind}, {count(len(run.tests.truth.indices), 'frame')}"
 
 
 def _rows(summary: dict[str, Any], times: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:

@@ -51,27 +51,27 @@ def _example_of(run: Exploration, view: int, step: int) -> Example:
 
 def unseen_examples(run: Exploration) -> Iterator[Example]:
     """Yield a few of the test frames, evenly spread, those that can be read."""
-    indices = run.truth.indices
+    indices = run.tests.truth.indices
     n_shown = min(N_TEST_EXAMPLES, len(indices))
     teacher = _teacher_of_tests(run)
     for number in range(n_shown):
         index = indices[(2 * number + 1) * len(indices) // (2 * n_shown)]
-        frame = run.truth.dataset[index]
+        frame = run.tests.truth.dataset[index]
         if frame.problem is None:
             yield Example(
                 frame.id,
                 frame.rgb,
                 None if teacher is None else teacher.segment(frame),
                 run.learner.saliency(frame.rgb, frame.T_world_camera),
-                _ground_truth(run.truth.dataset, index),
+                _ground_truth(run.tests.truth.dataset, index),
             )
 
 
 def _teacher_of_tests(run: Exploration) -> Teaches | None:
     """Return who can say what depth shows of a test frame; None where its place is unknown."""
-    if run.truth.teacher is not None:
-        return run.truth.teacher
-    explored, tested = run.dataset, run.truth.dataset
+    if run.tests.truth.teacher is not None:
+        return run.tests.truth.teacher
+    explored, tested = run.dataset, run.tests.truth.dataset
     if not (isinstance(explored, DrawnViews) and isinstance(tested, DrawnViews)):
         return None
     # Whatever was moved in it: the survey is of walls and furniture.

@@ -167,9 +167,10 @@ def _sentence(run: Exploration, summary: dict[str, Any], rows: Sequence[StepRow]
     errors = _known(rows, "overall_error")
     if not errors:
         return sentence
-    frames = count(run.held_out.n_frames, "test frame")
-    if run.held_out.n_frames < run.held_out.n_given:
-        frames = f"the {run.held_out.n_frames} of {run.held_out.n_given} test frames with objects"
+    tests = run.tests.held_out
+    frames = count(tests.n_frames, "test frame")
+    if tests.n_frames < tests.n_given:
+        frames = f"the {tests.n_frames} of {tests.n_given} test frames with objects"
     unseen = "" if run.n_learned else " it never learned from"
     return (
         f"{sentence} On {frames}{unseen}, its error went from {errors[0]:.2f} after the first "
@@ -186,13 +187,15 @@ def took(seconds: float) -> str:
 def _results(run: Exploration, summary: dict[str, Any], steps: Sequence[StepRow]) -> Results:
     rows = []
     if errors := _known(steps, "overall_error"):
-        note = f"against {'what depth says' if run.truth.kind == 'teacher' else 'ground truth'}"
-        if n_left_out := len(run.truth.indices) - run.held_out.n_frames:
+        note = (
+            f"against {'what depth says' if run.tests.truth.kind == 'teacher' else 'ground truth'}"
+        )
+        if n_left_out := len(run.tests.truth.indices) - run.tests.held_out.n_frames:
             note += f"; {count(n_left_out, 'other')} bad, or without anything salient in view"
-        name = f"error, mean of {count(run.held_out.n_frames, 'test frame')}"
+        name = f"error, mean of {count(run.tests.held_out.n_frames, 'test frame')}"
         rows.append(ResultRow(name, (f"{errors[0]:.2f}", f"{errors[-1]:.2f}"), note))
         pooled = summary["pooled_error"]
-        name = f"error, {count(run.held_out.n_given, 'test frame')} pooled"
+        name = f"error, {count(run.tests.held_out.n_given, 'test frame')} pooled"
         note = "false alarms where nothing salient is in view count too"
         rows.append(ResultRow(name, ("", "" if pooled is None else f"{pooled:.2f}"), note))
     if errors := _known(steps, "error"):
@@ -217,7 +220,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
         "regions": f"{run.regions.n_regions} ({run.regions.kind})",
         "seed": str(config.run.seed),
         "preset": config.preset,
-        "tested on": f"{run.truth.kind}, {count(run.held_out.n_given, 'frame')}",
+        "tested on": f"{run.tests.truth.kind}, {count(run.tests.held_out.n_given, 'frame')}",
         "looks that taught nothing about objects": run.lessons.in_short(),
         "versions": ", ".join(versions()),
     }
@@ -226,7 +229,7 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
     times_ms = {
         _STAGES.get(stage, stage): spent["median_ms"]
         for stage, spent in summary["stages"].items()
-        if stage != "test" or run.truth.indices
+        if stage != "test" or run.tests.truth.indices
     }
     files = {name: what for name, what in _FILES.items() if name != DECISIONS or run.last_decisions}
     return Making(shlex.join(command), facts, to_toml(config), times_ms, files)
@@ -234,19 +237,19 @@ def _making(run: Exploration, summary: dict[str, Any], command: Sequence[str]) -
 
 def _problems(run: Exploration, summary: dict[str, Any]) -> Iterator[str]:
     yield from run.problems.sentences(summary["distinct_frames"], "taught nothing")
-    yield from run.test_problems.sentences(len(run.truth.indices), "could not be tested on")
+    yield from run.tests.problems.sentences(len(run.tests.truth.indices), "could not be tested on")
     if run.n_learned:
-        yield scores_are_too_good(run.n_learned, len(run.truth.indices))
+        yield scores_are_too_good(run.n_learned, len(run.tests.truth.indices))
     yield from lesson_problems(run.lessons, has_learned=run.has_learned)
 
 
 def _limits(run: Exploration) -> Iterator[str]:
-    if run.truth.kind == "teacher":
+    if run.tests.truth.kind == "teacher":
         yield (
             "There was no ground truth: the model was tested against what depth says of the test "
             "frames. Where that is wrong or silent, as beyond its range, this page cannot tell."
         )
-    if run.truth.kind == "nothing":
+    if run.tests.truth.kind == "nothing":
         yield (
             "No frames were kept for testing: errors are those of each frame before the model "
             "learned from it, against what depth says. The option --test-every 10 keeps some."
@@ -256,7 +259,7 @@ def _limits(run: Exploration) -> Iterator[str]:
             "Errors are of superpixels, before maps follow the edges of the image: `curiosight "
             "evaluate` scores the maps themselves, and tells somewhat other errors."
         )
-    if run.held_out.n_given > run.held_out.n_frames > 0:
+    if run.tests.held_out.n_given > run.tests.held_out.n_frames > 0:
         yield (
             "The mean error is of the test frames that show something salient; the others have no "
             "F1 (0/0), as with the paper's authors. What is marked in them counts in the pooled "

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
-from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.command_file import COMMAND, GivenCommand
 from curiosight.experiments.components import (
     choose_strategy,
@@ -29,6 +28,7 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.dividing import choose_regions, graph_ways
+from curiosight.experiments.exploration_tests import ExplorationTests
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
@@ -39,7 +39,6 @@ from curiosight.experiments.stopwatch import Stopwatch, summarise
 from curiosight.experiments.tables import DECISIONS as DECISIONS
 from curiosight.experiments.tables import Tables
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
-from curiosight.experiments.truth import Truth, find_truth, split_frames
 from curiosight.explore import Step, explore
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ways
@@ -48,7 +47,6 @@ from curiosight.explorer.strategies import check_loadable, make_strategy
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
-from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.teacher import Segmentation, TemporalTeacher
 from curiosight.worlds.travel import travel_seconds
 
@@ -63,11 +61,7 @@ Mode = Literal["new", "resumed", "told"]
 class Exploration:
     """One exploration of a recording or a room, written to a folder while it runs.
 
-    test_source: another recording to test on, instead of the settings' `test.every`. Where
-        neither is given a room or home is tested on views of its own, after a change of the home
-        on views as it is then, and a recording on its frames with
-        ground truth; these and their neighbours (`test.gap`) are not learned from, unless that
-        would leave too few others (`LEAST_TO_LEARN`).
+    test_source: see `ExplorationTests`.
     continued: a model to go on with, see `load_run_model`; its features and forest replace
         those of the settings.
     keeping: when the model is written while the run is under way; None = as `Keeping` does.
@@ -77,9 +71,6 @@ class Exploration:
     mode: "resumed" goes on where a kill or Ctrl-C ended the run of this folder, made with the
         same arguments; "told" only reads what that has come to, and writes nothing.
     unkept: why its state cannot be kept, so that to go on is to begin anew; None = it can.
-    is_test_asked: for by settings or `test_source`, or by the room.
-    unused_truth: why the ground truth of the recording cannot be tested against, where it was
-        not asked for; None = it can, or there is none.
     """
 
     def __init__(
@@ -100,16 +91,11 @@ class Exploration:
         self.out = out
         self.so_far = SoFar()
         self.unkept: str | None = None
-        self.unused_truth: str | None = None
         self._continued = continued
         self._given = given
         self._is_kept = mode != "new" and (out.path / STATE).is_file()
         self._started = time.perf_counter()
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
-        self._n_before_change: int | None = None
-        if test_source is None and not config.test.every and isinstance(dataset, DrawnViews):
-            test_source = dataset.own_test_views()
-            self._n_before_change = dataset.n_before_change
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
         self.regions = choose_regions(config, dataset, self.survey)
@@ -118,9 +104,14 @@ class Exploration:
         else:
             self.learner, config = load_learner(continued, config, self.teacher, learner_rng)
         self.config = config
-        training = self._choose_tests(test_source)
+        reachable = np.array(self.regions.of_view) >= 0
+        self.tests = ExplorationTests(
+            config, dataset, self.learner, self.teacher, reachable, test_source
+        )
         self._graph_ways = graph_ways(self.regions, dataset.poses)
-        self.world = make_world(config, dataset, self.regions, training, self._graph_ways)
+        self.world = make_world(
+            config, dataset, self.regions, self.tests.training, self._graph_ways
+        )
         views = tuple(self.world.views)
         ways = self._seconds
         self._strategy = choose_strategy(config, views, strategy_rng, ways=ways)
@@ -228,13 +219,14 @@ class Exploration:
     @property
     def n_learned(self) -> int:
         """How many of the test frames the model knows from learning, in this run or before."""
-        return count_learned(self.learner, self.truth.dataset, self.truth.indices)
+        truth = self.tests.truth
+        return count_learned(self.learner, truth.dataset, truth.indices)
 
     @property
     def is_tested_on_learned(self) -> bool:
         """Tell whether frames that are tested on are within reach of learning."""
-        views = {view.index for view in self.world.views}
-        return self.truth.dataset is self.dataset and not views.isdisjoint(self.truth.indices)
+        views, truth = {view.index for view in self.world.views}, self.tests.truth
+        return truth.dataset is self.dataset and not views.isdisjoint(truth.indices)
 
     @property
     def has_learned(self) -> bool:
@@ -307,7 +299,7 @@ class Exploration:
                 "learner": self.learner.learned(),
                 "strategy": self._strategy,
                 "world": self.world.state(),
-                "asked": self.held_out.asked,
+                "asked": self.tests.held_out.asked,
             }
         try:
             self._snapshot.write(self.out.file(STATE), state, is_packed=is_done)
@@ -336,70 +328,34 @@ class Exploration:
         self.learner.take_up(state["learner"])
         self._strategy = state["strategy"]
         self.world.go_on(state["world"], self.so_far.n_steps)
-        if self._n_before_change is not None and self.so_far.n_steps > self._n_before_change:
+        changed_at = self.tests.n_before_change
+        if changed_at is not None and self.so_far.n_steps > changed_at:
             self._test_after_change()
         if state["asked"]:
-            self.held_out.ask_as_before(state["asked"])
+            self.tests.held_out.ask_as_before(state["asked"])
 
     @property
     def _remembering(self) -> TemporalTeacher | None:
         teacher = self.learner.teacher
         return teacher if isinstance(teacher, TemporalTeacher) else None
 
-    def _choose_tests(self, test_source: Dataset | None) -> Sequence[int]:
-        """Set up what is tested on, and return the frames to learn from."""
-        self.is_test_asked = test_source is not None or self.config.test.every > 0
-        training: Sequence[int] = range(len(self.dataset))
-        test: Sequence[int] = []
-        if test_source is None:
-            reachable = np.array(self.regions.of_view) >= 0
-            training, test = split_frames(self.config, self.dataset, reachable)
-        truth = self._find_truth(test_source, test)
-        try:
-            self._test_on(truth)
-        except DataError as error:
-            if self.is_test_asked:
-                raise
-            self.unused_truth = error.found
-            self._test_on(Truth("nothing", self.dataset, (), None))
-            return range(len(self.dataset))
-        return training
-
-    def _test_on(self, truth: Truth) -> None:
-        self.truth = truth
-        self.test_problems = Problems()
-        labelled = truth.labelled_frames(self.test_problems)
-        self.held_out = HeldOut(self.learner, describe_tests(self.learner, labelled))
-
     def _test_after_change(self) -> None:
         """Go on with tests of what is drawn as it is after its change."""
-        assert isinstance(self.dataset, DrawnViews)
-        self._test_on(self._find_truth(self.dataset.own_test_views(is_after=True), ()))
-        self.stopwatch.watch(self.held_out, "overall_error", "test")
-
-    def _find_truth(self, test_source: Dataset | None, test: Sequence[int]) -> Truth:
-        max_frames = self.config.test.max_frames
-        if test_source is None:
-            return find_truth(self.dataset, test, self.teacher, max_frames=max_frames)
-        everything = range(len(test_source))
-        has_truth = any(map(test_source.has_ground_truth, everything))
-        if has_truth:
-            return find_truth(test_source, everything, None, max_frames=max_frames)
-        teacher = make_teacher(self.config, test_source)
-        return find_truth(test_source, everything, teacher, max_frames=max_frames)
+        self.tests.go_on_after_change()
+        self.stopwatch.watch(self.tests.held_out, "overall_error", "test")
 
     def _watch(self) -> Stopwatch:
         stopwatch = Stopwatch()
         stopwatch.watch(self.world, "capture")
         for method in ("describe", "segment", "vote", "learn"):
             stopwatch.watch(self.learner, method, "predict" if method == "vote" else method)
-        stopwatch.watch(self.held_out, "overall_error", "test")
+        stopwatch.watch(self.tests.held_out, "overall_error", "test")
         return stopwatch
 
     def _note(self, step: Step) -> StepRow:
         """Return the step's row; count what was wrong with its frame."""
         observation = step.observation
-        if step.index == self._n_before_change:
+        if step.index == self.tests.n_before_change:
             self._test_after_change()
         so_far = self.so_far
         so_far.add(step)
@@ -412,7 +368,7 @@ class Exploration:
             samples=self.learner.n_samples,
             metres=so_far.odometer.metres,
             degrees=so_far.odometer.degrees,
-            overall_error=self.held_out.overall_error(observation.change),
+            overall_error=self.tests.held_out.overall_error(observation.change),
         )
         return so_far.last
 
@@ -432,12 +388,12 @@ class Exploration:
             "distinct_frames": len(self.so_far.ids),
             "training_frames": len(self.world.views),
             "overall_error": last.overall_error if last else None,
-            "frames_scored": self.held_out.n_frames,
-            "frames_tested": self.held_out.n_given,
-            "pooled_error": self.held_out.pooled_error(),
-            "tested_on": self.truth.kind,
-            "test_source": place(self.truth.dataset) if self.truth.indices else None,
-            "test_frames": self.held_out.n_frames,
+            "frames_scored": self.tests.held_out.n_frames,
+            "frames_tested": self.tests.held_out.n_given,
+            "pooled_error": self.tests.held_out.pooled_error(),
+            "tested_on": self.tests.truth.kind,
+            "test_source": place(self.tests.truth.dataset) if self.tests.truth.indices else None,
+            "test_frames": self.tests.held_out.n_frames,
             "samples": last.samples if last else 0,
             "places": self.learner.experts.n_views(),
             "metres": last.metres if last else 0.0,
@@ -445,7 +401,7 @@ class Exploration:
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary(),
             "test_frames_learned": self.n_learned,
-            "test_problems": self.test_problems.counts(),
+            "test_problems": self.tests.problems.counts(),
         }
 
 
