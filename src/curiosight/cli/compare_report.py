@@ -9,11 +9,11 @@ from typing import Any
 
 from curiosight.cli.talk import count
 from curiosight.config import to_toml
+from curiosight.errors.files import replace_file, writing
 from curiosight.experiments.contest.contest import SETTINGS, Contest
 from curiosight.experiments.contest.series import band_of
 from curiosight.experiments.contest.settings import folder_name
 from curiosight.experiments.contest.table import UNITS, curves_of
-from curiosight.files import replace_file, writing
 from curiosight.viewing.contest import (
     ContestReport,
     SourceReport,

@@ -1,4 +1,4 @@
-"""The errors a user can cause and mend."""
+"""The errors a user can cause and mend, and what raises them: arguments, inputs, files, kernels."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from tempfile import TemporaryFile
 from typing import IO
 
 from curiosight.errors import DataError
-from curiosight.files import writing
+from curiosight.errors.files import writing
 from curiosight.robot.sinks.mcap_log import McapLog
 
 

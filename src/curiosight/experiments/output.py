@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError, printable
+from curiosight.errors.files import replace_file, writing
 from curiosight.experiments.sole_writer import LOCK, hold
 from curiosight.experiments.written import Written
-from curiosight.files import replace_file, writing
 
 # What spreadsheets begin a formula with, and what we mark one with.
 FORMULA = ("=", "+", "-", "@", "'")

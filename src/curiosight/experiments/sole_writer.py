@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from curiosight.errors import DataError
-from curiosight.files import writing
+from curiosight.errors.files import writing
 
 LOCK = ".curiosight.lock"
 _HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES)

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
-from curiosight.files import writing
+from curiosight.errors.files import writing
 
 # These write a model and what is told of it: one after the other they would make a mixture.
 OF_MODEL = frozenset(("explore", "learn", "demo", "watch", "ros", "continual"))

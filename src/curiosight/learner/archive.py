@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.files import replace_file
 from curiosight.errors.inputs import check_file
-from curiosight.files import replace_file
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 Header = dict[str, Any]

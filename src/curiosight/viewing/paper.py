@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from curiosight.errors import printable
-from curiosight.files import replace_file
+from curiosight.errors.files import replace_file
 
 Rgb = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]

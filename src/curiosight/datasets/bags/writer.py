@@ -28,7 +28,7 @@ from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.errors import DataError
-from curiosight.files import writing
+from curiosight.errors.files import writing
 from curiosight.frame import Camera, Depth, Frame, Pose
 
 BagLayout = Literal["ros1", "rosbag2", "mcap"]

@@ -26,7 +26,7 @@ from curiosight.datasets.layouts.rl_iac_tables import (
 )
 from curiosight.datasets.prefetch import Prefetch
 from curiosight.errors import DataError
-from curiosight.files import replace_file, writing
+from curiosight.errors.files import replace_file, writing
 from curiosight.frame import Camera, Depth, Frame
 
 # 65535 is no reading to those who read such depth.

@@ -11,6 +11,7 @@ import numpy as np
 
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
+from curiosight.errors.files import replace_file
 from curiosight.experiments.components import choose_strategy
 from curiosight.experiments.contest.backends import Workers
 from curiosight.experiments.contest.prepared import Prepared
@@ -20,7 +21,6 @@ from curiosight.experiments.contest.tasks import PrepareTask, RunTask, Task
 from curiosight.experiments.contest.whole import remove_partial
 from curiosight.experiments.sole_writer import sole_writer
 from curiosight.explorer import make_regions
-from curiosight.files import replace_file
 from curiosight.frame import Viewpoint
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.sources import is_drawn, open_source

@@ -17,9 +17,9 @@ import numpy.typing as npt
 
 from curiosight.datasets.layouts.rl_iac_tables import GRAPH_FILE, REGION_FILE
 from curiosight.errors import DataError
+from curiosight.errors.files import replace_file, writing
 from curiosight.evaluation import TestView
 from curiosight.explorer.outcome import Seen
-from curiosight.files import replace_file, writing
 from curiosight.frame import Pose, Viewpoint
 from curiosight.learner.lesson import Lesson, Visit
 from curiosight.learner.sight import Sight

@@ -16,11 +16,11 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.errors import DataError
+from curiosight.errors.files import replace_file
 from curiosight.experiments.contest.prepared import Prepared
 from curiosight.experiments.contest.running import LookRow, Run
 from curiosight.experiments.contest.whole import whole_folder
 from curiosight.experiments.output import TableFile, read_cell, write_json_file
-from curiosight.files import replace_file
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

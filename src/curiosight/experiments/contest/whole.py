@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from curiosight.files import writing
+from curiosight.errors.files import writing
 
 PARTIAL = ".partial"
 

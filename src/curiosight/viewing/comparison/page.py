@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-from curiosight.files import replace_file
+from curiosight.errors.files import replace_file
 from curiosight.viewing.comparison.charts import charts, pointing_style, reliability_chart
 from curiosight.viewing.comparison.content import ComparisonReport
 from curiosight.viewing.comparison.curve_styles import StyledMethod, styled

@@ -6,7 +6,7 @@ import base64
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from curiosight.files import replace_file
+from curiosight.errors.files import replace_file
 from curiosight.viewing.contest.content import ContestReport, SourceReport
 from curiosight.viewing.contest.tables import columns_of, offline_sentence, ranked, ratio
 from curiosight.viewing.report.document import document, section

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from curiosight.files import replace_file
+from curiosight.errors.files import replace_file
 from curiosight.viewing.report.content import Making, Report, ResultRow, Results
 from curiosight.viewing.report.curve import N_MEAN, learning_curve
 from curiosight.viewing.report.decisions import decision_table
