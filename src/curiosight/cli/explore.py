@@ -173,7 +173,7 @@ def _resume(talk: Talk, path: Path) -> None:
         return
     if not (path / REPORT).is_file():
         with announce_compilation(talk.console):
-            tell_run(reopened(settings, given, folder, "told"), summary)
+            tell_run(talk, reopened(settings, given, folder, "told"), summary)
     talk.note(f"{path}: the run is finished after {count(summary['steps'], 'step')}")
 
 
@@ -188,7 +188,7 @@ def _follow_to_its_end(
         with CtrlC() as ctrl_c:
             follow(talk, run, ctrl_c)
             summary = run.finish()
-            tell_run(run, summary)
+            tell_run(talk, run, summary)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     _tell_tests(talk, run)
     _tell_keeping(talk, run)
