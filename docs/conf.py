@@ -21,6 +21,8 @@ myst_enable_extensions = ["colon_fence"]
 suppress_warnings = ["myst.header"]  # a part of a README begins below its title
 
 # Only what the wheel of furo brings: no fonts, scripts or counters from elsewhere.
+highlight_language = "none"  # what a terminal shows is no Python
+
 html_theme = "furo"
 html_title = "curiosight"
 html_static_path = ["_static"]
@@ -39,7 +41,8 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 add_module_names = False
 
-# `<!-- part of README.md: ## First heading, until: ## Heading after it -->`; either may be empty.
+# `<!-- part of README.md: ## First line, until: how the line after it begins -->`; either may be
+# empty.
 PART = re.compile(r"<!-- part of ([\w/.]+): (.*?), until: (.*?) -->")
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 # Which page an anchor of the README is on.
@@ -49,19 +52,19 @@ ARGUMENT = re.compile(r"^([\w.]+(?:, [\w.]+)*)(?:: | = )(.+)$")
 
 def fill(app: Sphinx, page: str, source: list[str]) -> None:
     """Put the parts of READMEs into a page, and point links to the pages of the site."""
-    text = LINK.sub(lambda link: _link(link, Path("docs")), source[0])
-    source[0] = PART.sub(_part, text)
+    text = LINK.sub(lambda link: _link(link, Path("docs"), page), source[0])
+    source[0] = PART.sub(lambda marker: _part(marker, page), text)
 
 
-def _part(marker: re.Match[str]) -> str:
+def _part(marker: re.Match[str], page: str) -> str:
     name, first, after = marker.groups()
     text = (ROOT / name).read_text("utf-8")
     start = text.index(f"\n{first}\n") + 1 if first else 0
-    end = text.index(f"\n{after}\n", start) + 1 if after else len(text)
-    return LINK.sub(lambda link: _link(link, Path(name).parent), text[start:end])
+    end = text.index(f"\n{after}", start) + 1 if after else len(text)
+    return LINK.sub(lambda link: _link(link, Path(name).parent, page), text[start:end])
 
 
-def _link(link: re.Match[str], folder: Path) -> str:
+def _link(link: re.Match[str], folder: Path, page: str) -> str:
     """Return a link of a file in a folder of the repository as one of a page of the site."""
     mark, said, target = link.groups()
     file, _, anchor = target.partition("#")
@@ -73,7 +76,10 @@ def _link(link: re.Match[str], folder: Path) -> str:
         return f"[{said}]({PAGE_OF.get(anchor, 'index.md')})"
     if path == Path("benchmarks/README.md") or path == Path("benchmarks"):
         return f"[{said}](benchmarks.md{hashed})"
+    if path == Path("docs", page).with_suffix(".md") and not anchor:
+        return said
     if path.is_relative_to("docs"):
+        said = path.stem.replace("-", " ") if said == str(path) else said
         return f"{mark}[{said}]({path.relative_to('docs')}{hashed})"
     if not (ROOT / path).exists():
         return link[0]  # the build complains
@@ -110,13 +116,33 @@ def tell(app: Sphinx, what: str, name: str, of: object, options: object, lines: 
 
 def _escaped(text: str) -> str:
     parts = re.split(r"(`[^`]*`)", text)
+    # What follows a literal at once, as an s, would else belong to it.
     return "".join(
-        f"`{part}`" if part.startswith("`") else re.sub(r"([*|_\\])", r"\\\1", part)
+        f"`{part}`\\ " if part.startswith("`") else re.sub(r"([*|_\\])", r"\\\1", part)
         for part in parts
     )
+
+
+def shorten(
+    app: Sphinx,
+    what: str,
+    name: str,
+    of: object,
+    options: object,
+    said: str | None,
+    gives: str | None,
+) -> tuple[str | None, str | None]:
+    """Write the types of arrays as the code does."""
+    array = re.compile(
+        r"~?(?:numpy\.)?ndarray\[tuple\[~?(?:typing\.)?Any, \.\.\.\], "
+        r"~?(?:numpy\.)?dtype\[~?(?:numpy\.)?([\w.~\[\]]*?)\]\]"
+    )
+    said, gives = (text and array.sub(r"NDArray[\1]", text) for text in (said, gives))
+    return said, gives
 
 
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
     app.connect("source-read", fill)
     app.connect("autodoc-process-docstring", tell)
+    app.connect("autodoc-process-signature", shorten)
