@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label, Rgb
+from curiosight.frame import LABEL_COLOURS, Label, Rgb
 from curiosight.teacher import Segmentation
 from curiosight.viewing.overlays import (
-    LABEL_COLOURS,
     LABEL_NAMES,
     OUTLINE_COLOUR,
     overlay_labels,
