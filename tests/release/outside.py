@@ -39,6 +39,6 @@ def never_called(learner: cs.SaliencyLearner) -> None:
 
 if __name__ == "__main__":
     assert Path(cs.__file__).is_relative_to(sys.prefix), cs.__file__
-    found = look_around(sys.argv[1], 12)
+    found = look_around(sys.argv[1], 8)
     assert found.max() > 0.5, found.max()
     print(f"curiosight {cs.__version__}: a map of {found.shape}, up to {found.max():.2f}")
