@@ -14,7 +14,10 @@ from recordings import write_folder
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMANDS = "compare|demo|info|segment|explore|learn|map|evaluate|render"
+COMMANDS = (
+    "bench|compare|continual|demo|evaluate|explore|export|figures|info|learn|map|propose|render|"
+    "report|ros|saliency|score-teacher|segment|watch"
+)
 
 
 def block(language: str) -> str:
