@@ -54,7 +54,7 @@ def export(
     *,
     reading: ReadingOverrides,
 ) -> None:
-    """Write a recording for others: as an RL-IAC folder or as a ROS bag; or a run's model.
+    """Write a recording for others, as an RL-IAC folder or a ROS bag; or a run's model.
 
     RL-IAC, which the program of the paper's authors reads, is image_data/ with x.png, x_depth.png
     (millimetres) and x_GT.png, input_region_map.dat, camera.json, and region_map.dat where the
