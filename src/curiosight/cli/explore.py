@@ -21,7 +21,6 @@ from curiosight.cli.lessons import (
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.resume import (
-    Resume,
     check_alone,
     given_now,
     go_on_with,
@@ -113,7 +112,7 @@ def explore(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    resume: Resume = None,
+    resume: options.Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,

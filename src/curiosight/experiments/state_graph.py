@@ -25,7 +25,10 @@ from curiosight.learner.archive import MAX_BYTES
 # Whose classes hold state; none of theirs does anything while it is made again.
 PACKAGES = tuple(
     f"curiosight.{part}"
-    for part in ("experiments", "explorer", "evaluation", "frame", "learner", "teacher", "worlds")
+    for part in (
+        *("experiments", "explorer", "evaluation", "frame", "learner", "teacher", "worlds"),
+        *("robot.gauges", "robot.region_record"),
+    )
 )
 PLAIN = (type(None), bool, int, float, str)
 SEQUENCES: Mapping[str, Callable[[list[Any]], Any]] = {
