@@ -20,7 +20,7 @@ from curiosight.experiments.driving import DrawnDrive, parse_drawn, plan_drive
 from curiosight.experiments.exploring import CONFIG, load_run_model
 from curiosight.experiments.live_page import LivePage
 from curiosight.experiments.output import OutputFolder
-from curiosight.experiments.watch_keeping import WatchKeeper
+from curiosight.experiments.watch_keeping import WatchKeeper, check_kept
 from curiosight.experiments.watch_parts import Asked, check_regions
 from curiosight.experiments.watching import Watching
 from curiosight.rooms import DrawnViews
@@ -62,6 +62,7 @@ def resume_watch(talk: Talk, live: LivePage, run: Path, sinks: SinksAsked) -> in
         looks = count(summary["looks"], "look")
         talk.note(f"{run}: the watch is finished after {looks}: {ended}")
         return 0
+    check_kept(run)
     model = None if given.from_ is None else Path(given.from_)
     asked = Asked(
         model,

@@ -74,6 +74,6 @@ class GivenWatch(GivenCommand):
 
     def check(self) -> None:
         GivenCommand.check(self)
-        is_number = isinstance(self.seconds, float | int) and 0 < self.seconds < inf
-        if not isinstance(self.learn, bool) or not (self.seconds is None or is_number):
+        is_known = isinstance(self.seconds, float) and 0 < self.seconds < inf
+        if not isinstance(self.learn, bool) or not (self.seconds is None or is_known):
             raise TypeError("expected whether it learns, and seconds")

@@ -7,6 +7,8 @@ are learned again, by what was drawn of them, and all is as it was.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from curiosight.datasets import Dataset
@@ -17,12 +19,12 @@ from curiosight.experiments.components import same_views
 from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.journal import JOURNAL, REMEDY, Journal, read_journal
 from curiosight.experiments.output import OutputFolder, TableFile
-from curiosight.experiments.snapshot import STATE, Snapshot
+from curiosight.experiments.snapshot import KIND, STATE, Snapshot
 from curiosight.experiments.watch_parts import Parts
 from curiosight.experiments.watched import LookRecord, Watched
 from curiosight.explorer.own import is_own
 from curiosight.explorer.strategies import make_strategy
-from curiosight.learner.archive import MODEL
+from curiosight.learner.archive import MODEL, read_archive
 from curiosight.robot.advice import Advice
 from curiosight.robot.watch import Watch
 from curiosight.teacher import TemporalTeacher
@@ -33,6 +35,13 @@ RESULTS = (COMMAND, CONFIG, MODEL, SUMMARY, LOOKS, DECISIONS, STATE, JOURNAL, BE
 COLUMNS = ("look", "seconds", "id", "region", "error", "samples")
 # A journal of more begins anew, whatever it costs.
 MAX_JOURNAL_BYTES = 2**27
+
+
+def check_kept(run: Path) -> None:
+    """Raise `DataError` where what is kept of a watch is damaged, before much is done to go on."""
+    if (run / STATE).is_file():
+        read_archive(run / STATE, KIND)
+        read_journal(run / JOURNAL)
 
 
 class WatchKeeper:
@@ -78,7 +87,11 @@ class WatchKeeper:
         last = state["decisions"]
         self._decisions = DecisionsFile(path, strategy, last=last, n_kept=sizes[1])
         if is_kept:
-            self._do_again(records)
+            try:
+                self._do_again(records)
+            except BaseException:
+                self.close()
+                raise
 
     def note(self, record: LookRecord) -> dict[str, Any]:
         """Keep a look; return its row. Once this returns no kill takes it away."""
@@ -179,6 +192,8 @@ class WatchKeeper:
             outcome, seconds = record.outcome, record.seconds
             self._advice.look_again(record.index, outcome, seconds, record.pinned)
             self._add(record)
+        counts = self.so_far.counts
+        self.so_far.counts = replace(counts, taught=max(n_taught, counts.taught))
 
     @property
     def _remembering(self) -> TemporalTeacher | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 from curiosight.experiments.problems import Lessons, Problems, Trouble
@@ -51,7 +51,7 @@ class LookRecord:
             Trouble.of(shot.frame, verdict.segmentation),
             verdict.number,
             verdict.noted,
-            counts,
+            replace(counts, taught=verdict.number),  # its teacher may be ahead
         )
 
 
