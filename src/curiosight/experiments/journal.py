@@ -159,16 +159,22 @@ def encoded(record: object) -> bytes:
     """Return a record as it stands in a journal; ValueError for what cannot be kept."""
     writer = GraphWriter({})
     node = writer.node(record)
-    arrays = list(writer.arrays.values())
-    said = [(one.dtype.str, one.shape, _order_of(one)) for one in arrays]
+    arrays = [*map(_laid_out, writer.arrays.values())]
+    said = [(one.dtype.str, shape, order) for one, shape, order in arrays]
     text = json.dumps([node, said], separators=(",", ":")).encode()
-    content = b"".join([text, *(one.tobytes(order=_order_of(one)) for one in arrays)])
-    head = _HEAD.pack(_MARK, len(text), len(content) - len(text), zlib.crc32(content))
-    return head + content
+    checksum = zlib.crc32(text)
+    for one, _, _ in arrays:
+        checksum = zlib.crc32(one.data, checksum)
+    n_bytes = sum(one.nbytes for one, _, _ in arrays)
+    head = _HEAD.pack(_MARK, len(text), n_bytes, checksum)
+    return b"".join([head, text, *(one.data for one, _, _ in arrays)])
 
 
-def _order_of(array: npt.NDArray[Any]) -> Any:
-    return "C" if array.flags.c_contiguous or not array.flags.f_contiguous else "F"
+def _laid_out(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], tuple[int, ...], str]:
+    """Return an array's elements in the order of memory, its shape, and how it is laid out."""
+    is_fortran = array.flags.f_contiguous and not array.flags.c_contiguous
+    flat = np.ascontiguousarray(array.T if is_fortran else array).ravel()
+    return flat, array.shape, "F" if is_fortran else "C"
 
 
 def _decoded(text: bytes, content: memoryview) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -34,7 +35,7 @@ from curiosight.robot.sinks.recorder import Recorder
 from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
-# Of the time; as much again is left to the journal.
+# Of the time of all cores that it uses; as much again is left to the journal.
 STATE_SHARE = 0.01
 
 
@@ -63,7 +64,7 @@ class Watching:
         is_resumed: bool = False,
     ) -> None:
         self.dataset, self.out, self.asked = dataset, out, asked
-        self._keeping = keeping or Keeping(max_share=STATE_SHARE)
+        self._keeping = keeping or Keeping(max_share=STATE_SHARE, clock=time.process_time)
         self.ended: str | None = None
         self.is_in_time = False
         is_kept = is_resumed and (out.path / STATE).is_file()

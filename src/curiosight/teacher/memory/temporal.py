@@ -52,7 +52,9 @@ class Remembered:
         seen, said = voxels.ravel(), ballots.ravel()
         is_first = (seen[1:] != seen[:-1]) | (said[1:] != said[:-1])
         first = np.append(0, np.flatnonzero(is_first) + 1)[: len(seen)]
-        lengths = np.diff(first, append=len(seen)).astype(np.int32)
+        lengths = np.diff(first, append=len(seen))
+        if lengths.max(initial=0) < 2**16:
+            lengths = lengths.astype(np.uint16)
         return cls(gone, seen[first], said[first], lengths)
 
 
