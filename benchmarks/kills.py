@@ -246,7 +246,8 @@ def _compare_watch(out: Path, n_noted: int, tally: Tally) -> None:
     if not begun:
         return  # it was killed again before that, or it had ended by itself
     n_looks, found = begun[-1].split()
-    noted = _lines(aside_of(out) / NOTED)[:n_noted]
+    noted = _lines(aside_of(out) / NOTED)
+    noted, since = noted[:n_noted], noted[n_noted:]
     tally.n_lost.append(n_noted - int(n_looks))
     known = [line.split() for line in noted][: int(n_looks)]
     is_equal = not known or known[-1] == [str(int(n_looks) - 1), found]
@@ -255,7 +256,8 @@ def _compare_watch(out: Path, n_noted: int, tally: Tally) -> None:
         tally.n_other += 1
         print(f"watch: the model after {n_looks} looks is another", file=sys.stderr)
     # What was lost is looked at again under the same numbers.
-    (aside_of(out) / NOTED).write_text("".join(f"{a} {b}\n" for a, b in known))
+    lines = [*map(" ".join, known), *since]
+    (aside_of(out) / NOTED).write_text("".join(f"{line}\n" for line in lines))
 
 
 def _lines(path: Path) -> list[str]:
