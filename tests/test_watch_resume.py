@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,11 @@ def killed_at(
     then: Callable[[Watching], None] = lambda _: None,
 ) -> None:
     """Watch, and be ended without anything being written, once a look is kept."""
-    copy, note, n_due = out.with_name(f"{out.name}-killed"), Watching._note, iter(range(1, 1000))
+    copy, note, n_looks = out.with_name(f"{out.name}-killed"), Watching._note, Counter[int]()
+
+    def is_due(keeping: Keeping) -> bool:
+        n_looks[id(keeping)] += 1
+        return n_looks[id(keeping)] % every == 0
 
     def noting(watching: Watching, one: Any) -> None:
         note(watching, one)
@@ -91,7 +96,7 @@ def killed_at(
 
     with monkeypatch.context() as patch:
         patch.setattr(Watching, "_note", noting)
-        patch.setattr(Keeping, "is_due", lambda _: next(n_due) % every == 0)
+        patch.setattr(Keeping, "is_due", is_due)
         with pytest.raises(Killed):
             run(["watch", *map(str, words), "--out", str(out), "--quiet"])
     shutil.rmtree(out)

@@ -125,12 +125,17 @@ class GraphWriter:
 
     def _name_of(self, kind: type) -> str:
         """Return a class by name, if an object of it is nothing but its attributes."""
-        name = f"{kind.__module__}:{kind.__qualname__}"
-        bases = {base for base in kind.__mro__ if base.__module__ == "builtins"}
-        is_plain = bases <= {object} or issubclass(kind, tuple | Enum)
-        if not is_plain or _found(name, self._own) is not kind:
-            raise ValueError(f"an object of {name.replace(':', '.')} cannot be kept")
-        return name
+        return _checked_name(kind, self._own)
+
+
+@functools.cache
+def _checked_name(kind: type, own: tuple[str, ...]) -> str:
+    name = f"{kind.__module__}:{kind.__qualname__}"
+    bases = {base for base in kind.__mro__ if base.__module__ == "builtins"}
+    is_plain = bases <= {object} or issubclass(kind, tuple | Enum)
+    if not is_plain or _found(name, own) is not kind:
+        raise ValueError(f"an object of {name.replace(':', '.')} cannot be kept")
+    return name
 
 
 class GraphReader:

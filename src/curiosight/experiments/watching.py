@@ -35,8 +35,8 @@ from curiosight.robot.sinks.recorder import Recorder
 from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
-# Of the time of all cores that it uses; as much again is left to the journal.
-STATE_SHARE = 0.01
+# Of the time of all cores that it uses the state may take so much, and so may the model.
+SHARE = 0.005
 
 
 class Watching:
@@ -59,12 +59,12 @@ class Watching:
         asked: Asked,
         *,
         drawn: DrawnViews | None = None,
-        keeping: Keeping | None = None,
         given: GivenWatch | None = None,
         is_resumed: bool = False,
     ) -> None:
         self.dataset, self.out, self.asked = dataset, out, asked
-        self._keeping = keeping or Keeping(max_share=STATE_SHARE, clock=time.process_time)
+        self._keeping = Keeping(max_share=SHARE, clock=time.process_time)
+        self._saving = Keeping(max_share=SHARE, clock=time.process_time)
         self.ended: str | None = None
         self.is_in_time = False
         is_kept = is_resumed and (out.path / STATE).is_file()
@@ -176,8 +176,9 @@ class Watching:
         if self._keeping.is_due() or self.keeper.is_full:
             with self._keeping.writing(), suppress(DataError), self.watch.learning:
                 self.keeper.keep(self.watch)
-                if self.asked.is_learning:
-                    self.save(is_packed=False)
+        if self.asked.is_learning and self._saving.is_due():
+            with self._saving.writing(), suppress(DataError), self.watch.learning:
+                self.save(is_packed=False)
 
     def _save_now(self) -> Callable[[], str] | None:
         """Return what the page's button does: nothing where the model does not change."""
