@@ -227,10 +227,9 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
     if run.so_far.n_steps:
         talk.note(f"goes on after {count(run.so_far.n_steps, 'step')}")
     elif given.from_ is not None:
-        talk.note(
-            "goes on with the samples, trees and places of that model; progress of regions and "
-            "what the teacher remembers begin anew"
-        )
+        talk.note("goes on with the samples, trees and places of that model")
+    for note in run.continued.notes if run.continued is not None else ():
+        talk.note(note)
     if given.test is not None:
         talk.introduce(Path(given.test), run.tests.truth.dataset)
     if run.config != settings:

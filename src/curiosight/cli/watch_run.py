@@ -195,6 +195,8 @@ def _introduce(talk: Talk, run: Watching, source: Path, dataset: Dataset) -> Non
     talk.note(
         f"{count(run.regions.n_regions, 'region')} ({run.regions.kind}), strategy {run.strategy}"
     )
+    for note in run.continued.notes if run.continued is not None else ():
+        talk.note(note)
     _tell_keeping(talk, run.keeper)
 
 

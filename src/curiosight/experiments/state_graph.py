@@ -166,6 +166,11 @@ class GraphReader:
         self._met.append(None)
         return self._new(number, kind, said)
 
+    def first_of(self, values: Sequence[Any]) -> Any:
+        """Return the first of the values of a dict that is the whole graph."""
+        self._met.append(None)  # the dict has the first number
+        return self.made(values[0])
+
     def _new(self, number: int, kind: str, said: Sequence[Any]) -> Any:
         """Make an object; what may hold itself is numbered before what it holds is made."""
         if kind == "object":

@@ -17,6 +17,7 @@ from curiosight.experiments.camera_start import BEGUN, Begun, FirstFrames
 from curiosight.experiments.command_file import COMMAND, GivenWatch
 from curiosight.experiments.components import same_views
 from curiosight.experiments.deciding import DecisionsFile
+from curiosight.experiments.handing_on import HandedOn, Rooms
 from curiosight.experiments.journal import JOURNAL, REMEDY, Journal, read_journal
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.experiments.snapshot import KIND, STATE, Snapshot
@@ -70,7 +71,8 @@ class WatchKeeper:
         self._dataset = dataset
         self._journal = Journal(out.path / JOURNAL)
         self._snapshot = self._make_snapshot()
-        if (teacher := self._remembering) is not None:
+        self._rooms = Rooms.of(parts.config, dataset, parts.regions)
+        if (teacher := self.remembering) is not None:
             teacher.is_noting = given is not None
 
     def begin(self, *, is_kept: bool) -> None:
@@ -114,14 +116,17 @@ class WatchKeeper:
             return
         with watch.teaching, self._advice.telling:
             self.so_far.counts, self.so_far.ages = watch.counts(), watch.ages
+            teacher = self.remembering
+            memory = None if teacher is None else teacher.memory()
             self._write(
                 {
+                    "handed_on": HandedOn(self._rooms, self.so_far.looks, memory),
                     "sizes": [self._looks.sync(), self._decisions.sync()],
                     "decisions": list(self._decisions.last),
                     "so_far": self.so_far,
                     "learner": self._parts.learner.learned() if self._is_learning else None,
                     "advice": self._advice.state(),
-                    "teacher": None if (one := self._remembering) is None else one.memory(),
+                    "teacher": memory,
                 }
             )
         self._journal.begin_anew()
@@ -169,7 +174,7 @@ class WatchKeeper:
         self.so_far = state["so_far"]
         if state["learner"] is not None:
             self._parts.learner.take_up(state["learner"])
-        if (teacher := self._remembering) is not None and state["teacher"] is not None:
+        if (teacher := self.remembering) is not None and state["teacher"] is not None:
             teacher.recall(state["teacher"])
         advice = dict(state["advice"])
         if advice["strategy"] is None:
@@ -178,7 +183,7 @@ class WatchKeeper:
 
     def _do_again(self, records: list[LookRecord]) -> None:
         """Learn what the journal tells that the state does not know."""
-        n_taught, teacher = self.so_far.counts.taught, self._remembering
+        n_taught, teacher = self.so_far.counts.taught, self.remembering
         for record in records:
             if record.number < self.so_far.n_looks:
                 continue  # a kill came between the state and its journal
@@ -196,7 +201,8 @@ class WatchKeeper:
         self.so_far.counts = replace(counts, taught=max(n_taught, counts.taught))
 
     @property
-    def _remembering(self) -> TemporalTeacher | None:
+    def remembering(self) -> TemporalTeacher | None:
+        """The teacher, if it has a memory."""
         teacher = self._parts.teacher
         return teacher if isinstance(teacher, TemporalTeacher) else None
 

@@ -80,10 +80,17 @@ class Parts:
     survey: Survey | None
 
 
-def make_parts(config: Config, dataset: Dataset, asked: Asked, drawn: DrawnViews | None) -> Parts:
+def make_parts(
+    config: Config,
+    dataset: Dataset,
+    asked: Asked,
+    drawn: DrawnViews | None,
+    regions: Regions | None = None,
+) -> Parts:
     """Survey a source, divide it into regions, and make all that watches it.
 
     drawn: the views that the frames were drawn from, which know the ways between them.
+    regions: that were handed on; None = it is divided.
     """
     check_regions(config)
     learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
@@ -99,7 +106,9 @@ def make_parts(config: Config, dataset: Dataset, asked: Asked, drawn: DrawnViews
     else:
         learner, config = load_learner(asked.model, config, teacher, learner_rng)
     warm_up(config, dataset, teacher)
-    regions = begun.regions if begun else choose_regions(config, drawn or dataset, survey)
+    if begun is not None:
+        regions = begun.regions
+    regions = regions or choose_regions(config, drawn or dataset, survey)
     ways = _ways_of(config, drawn or dataset, regions)
     strategy = asked.strategy or _strategy_for(config, dataset, ways)
     config = replace(config, explorer=replace(config.explorer, strategy=strategy))

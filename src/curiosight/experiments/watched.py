@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Self
 
+from curiosight.experiments.handing_on import RecentLooks
 from curiosight.experiments.problems import Lessons, Problems, Trouble
 from curiosight.explorer.outcome import Outcome
 from curiosight.learner.lesson import Taught
@@ -69,6 +70,7 @@ class Watched:
     ids: dict[str, None] = field(default_factory=dict)
     has_learned: bool = False
     index: int | None = None
+    looks: RecentLooks = field(default_factory=RecentLooks)
     counts: Counts = field(default_factory=Counts)
     ages: Ages = field(default_factory=Ages)
 
@@ -76,6 +78,9 @@ class Watched:
         """Count a look. comes_again: the frames are a recording's, not ever new ones."""
         self.n_looks = record.number + 1
         self.counts, self.index = record.counts, record.index
+        if record.index is not None:
+            outcome = record.outcome
+            self.looks.add(record.index, outcome.error, has_changed=outcome.has_changed)
         if comes_again:
             self.problems.note(record.trouble)
         if is_learning:

@@ -18,6 +18,7 @@ from curiosight.errors import DataError
 from curiosight.experiments.camera_start import FirstFrames
 from curiosight.experiments.command_file import GivenWatch
 from curiosight.experiments.components import note_frames, place
+from curiosight.experiments.handing_on import Continued, own_regions
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
@@ -68,15 +69,27 @@ class Watching:
         self.ended: str | None = None
         self.is_in_time = False
         is_kept = is_resumed and (out.path / STATE).is_file()
+        self.continued: Continued | None = None
+        regions = None
+        if asked.model is not None:
+            model, version = find_model(asked.model), "" if given is None else given.version
+            if is_kept:
+                regions = own_regions(out.path / STATE, dataset)
+            else:
+                self.continued = Continued(model, config, dataset, version)
+                regions = self.continued.regions()
         if is_kept and asked.is_learning:
             asked = replace(asked, model=None)  # the state holds what has come of it
-        parts = make_parts(config, dataset, asked, drawn)
+        parts = make_parts(config, dataset, asked, drawn, regions)
         self.config, self.learner, self.regions = parts.config, parts.learner, parts.regions
         drive = None if drawn is None else Drive(len(dataset))
         self.advice = Advice(parts.make_strategy, parts.views, parts.regions.names, drive=drive)
         self.keeper = WatchKeeper(
             out, parts, self.advice, dataset, given, is_learning=asked.is_learning
         )
+        if self.continued is not None:
+            self.continued.tell(self.advice.strategy, self.advice.views, parts.ways)
+            self.continued.remember(self.keeper.remembering)
         self._make_room(is_new=not is_resumed, is_kept=is_kept)
         self.keeper.begin(is_kept=is_kept)
         before = self.so_far.counts
@@ -90,9 +103,9 @@ class Watching:
         )
         self.watch.go_on(before, self.so_far.ages)
         self.seconds = before.seconds
+        self.keeper.keep(self.watch)
         if not is_kept:
             self.keeper.write_beginning()
-        self.keeper.keep(self.watch)
         if isinstance(dataset, FirstFrames):
             dataset.let_go()
         outlines: Sequence[npt.NDArray[np.floating]] = () if drawn is None else drawn.outlines
