@@ -1,13 +1,13 @@
 """Kill commands without warning at random moments, go on with them, and compare every byte.
 
     python benchmarks/kills.py RECORDING [--kills 200] [--commands explore,learn,compare,watch]
-        [--options "--strategy progress-rate"] [--seed 0]
+        [--options "--strategy progress-rate"] [--seed 0] [--out kills.json]
 
 Each command is run to its end once. Then it is begun again and again, killed (SIGKILL, with all its
 processes) at a random moment after its folder is there, every file that it left is read, and it is
 gone on with by --resume; every fourth time that is killed, too. No two watches are alike: of each
 look it is noted what the model was just behind it, before it is kept, and compared with the model
-that goes on. Prints a table, and keeps it in benchmarks/results/kills.json.
+that goes on. Prints a table, and keeps it in benchmarks/results/kills.json, from the first kill on.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -189,8 +189,10 @@ def n_kept(out: Path) -> int:
     return content.count(b"\n") - 1
 
 
-def kill_often(command: Command, n_kills: int, folder: Path, rng: np.random.Generator) -> Tally:
-    """Kill a command so often; return what became of it."""
+def kill_often(
+    command: Command, n_kills: int, folder: Path, rng: np.random.Generator
+) -> Iterator[Tally]:
+    """Kill a command so often; yield what has become of it so far after each."""
     whole, out = folder / command.name, folder / f"{command.name}-killed"
     run(command, command.begin(folder / "warm-up"), folder)  # kernels are compiled once
     shutil.rmtree(folder / "warm-up", ignore_errors=True)
@@ -214,7 +216,7 @@ def kill_often(command: Command, n_kills: int, folder: Path, rng: np.random.Gene
             if differing:
                 tally.n_other += 1
                 print(f"{command.name}: {differing} are others", file=sys.stderr)
-    return tally
+        yield tally
 
 
 def _go_on(command: Command, out: Path, tally: Tally, rng: np.random.Generator) -> None:
@@ -328,20 +330,22 @@ def main() -> None:
     parser.add_argument("--commands", default="explore,learn,compare,watch")
     parser.add_argument("--options", default="", help="of explore")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
     names = arguments.commands.split(",")
     source = arguments.recording
     source = str(Path(source).absolute()) if Path(source).exists() else source
     with tempfile.TemporaryDirectory() as folder:
-        tallies = []
+        tallies: dict[str, Tally] = {}
         for number, name in enumerate(names):
             n_kills = (arguments.kills + number) // len(names)
             command = Command(name, source, shlex.split(arguments.options))
-            tallies.append(kill_often(command, n_kills, Path(folder), rng))
-            print(table(tallies[-1:]), flush=True)
-    RESULTS.write_text(json.dumps([asdict(one) for one in tallies], indent=1) + "\n")
-    print(table(tallies))
+            for tally in kill_often(command, n_kills, Path(folder), rng):
+                tallies[name] = tally
+                content = [asdict(one) for one in tallies.values()]
+                arguments.out.write_text(json.dumps(content, indent=1) + "\n")
+    print(table([*tallies.values()]))
 
 
 if __name__ == "__main__":

@@ -77,7 +77,8 @@ def explore(
         typer.Option(
             "--from",
             metavar="RUN",
-            help="Go on with the model of an earlier run.",
+            help="Go on with the model of an earlier run, and in the same rooms with its regions, "
+            "their progress, and what its teacher remembers.",
             rich_help_panel=EXPLORING,
         ),
     ] = None,

@@ -25,7 +25,8 @@ def watch(
         Path | None,
         typer.Option(
             metavar="RUN",
-            help="Begin with the model of a run: maps are made by it from the first frame on.",
+            help="Begin with the model of a run: maps are made by it from the first frame on; and "
+            "in the same rooms with its regions and their progress.",
             rich_help_panel=WATCHING,
         ),
     ] = None,
