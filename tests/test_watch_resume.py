@@ -56,7 +56,7 @@ def without_notes(path: Path) -> dict[str, Any]:
 
 @pytest.fixture
 def at_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
-    """What a watch knew as it began to watch; it then ends by itself."""
+    """What a watch knew as it began to watch; it then ends after one more look."""
     found: dict[str, Any] = {}
     run = Watching.run
 
@@ -65,7 +65,7 @@ def at_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
         found["chance"] = watching.learner.rng.bit_generator.state
         found["n_looks"] = watching.so_far.n_looks
         found["watching"] = watching
-        return run(watching, 0.01, is_wanted)
+        return run(watching, None, lambda: watching.watch.looks.n <= found["n_looks"])
 
     monkeypatch.setattr(Watching, "run", looking)
     return found

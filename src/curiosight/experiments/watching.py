@@ -24,8 +24,9 @@ from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.snapshot import STATE
 from curiosight.experiments.watch_keeping import CONFIG, RESULTS, SUMMARY, WatchKeeper
-from curiosight.experiments.watch_parts import Asked, make_parts
+from curiosight.experiments.watch_parts import Asked, Parts, make_parts
 from curiosight.experiments.watched import LookRecord, Watched
+from curiosight.explorer import Regions
 from curiosight.learner.archive import MODEL, find_model
 from curiosight.robot.advice import Advice
 from curiosight.robot.feed import EndedError, Feed, Replay
@@ -70,14 +71,10 @@ class Watching:
         self.is_in_time = False
         is_kept = is_resumed and (out.path / STATE).is_file()
         self.continued: Continued | None = None
-        regions = None
-        if asked.model is not None:
-            model, version = find_model(asked.model), "" if given is None else given.version
-            if is_kept:
-                regions = own_regions(out.path / STATE, dataset)
-            else:
-                self.continued = Continued(model, config, dataset, version)
-                regions = self.continued.regions()
+        if asked.model is not None and not is_kept:
+            version = "" if given is None else given.version
+            self.continued = Continued(find_model(asked.model), config, dataset, version)
+        regions = self._known_regions(is_kept=is_kept)
         if is_kept and asked.is_learning:
             asked = replace(asked, model=None)  # the state holds what has come of it
         parts = make_parts(config, dataset, asked, drawn, regions)
@@ -90,9 +87,8 @@ class Watching:
         if self.continued is not None:
             self.continued.tell(self.advice.strategy, self.advice.views, parts.ways)
             self.continued.remember(self.keeper.remembering)
-        self._make_room(is_new=not is_resumed, is_kept=is_kept)
+        self._make_room(is_kept=is_kept)
         self.keeper.begin(is_kept=is_kept)
-        before = self.so_far.counts
         self.watch = Watch(
             self.learner,
             _feed_of(dataset, drive, self.so_far.index),
@@ -101,21 +97,33 @@ class Watching:
             advice=self.advice,
             on_look=self._note,
         )
-        self.watch.go_on(before, self.so_far.ages)
-        self.seconds = before.seconds
+        self.watch.go_on(self.so_far.counts, self.so_far.ages)
+        self.seconds = self.so_far.counts.seconds
         self.keeper.keep(self.watch)
         if not is_kept:
             self.keeper.write_beginning()
         if isinstance(dataset, FirstFrames):
             dataset.let_go()
+        self._show(parts, drawn)
+
+    def _known_regions(self, *, is_kept: bool) -> Regions | None:
+        """Return the regions that were handed on; None where the source is to be divided."""
+        if self.continued is not None:
+            return self.continued.regions()
+        if self.asked.model is not None and is_kept:
+            return own_regions(self.out.path / STATE, self.dataset)
+        return None
+
+    def _show(self, parts: Parts, drawn: DrawnViews | None) -> None:
+        """Make what a page, a log and a viewer show."""
         outlines: Sequence[npt.NDArray[np.floating]] = () if drawn is None else drawn.outlines
         plan = Plan(parts.views, parts.regions.names, up=parts.up, outlines=outlines)
-        title = f"{place(dataset)}: {'driven by' if drawn else 'advised by'} {self.strategy}"
+        title = f"{place(self.dataset)}: {'driven by' if drawn else 'advised by'} {self.strategy}"
         self.shown = Shown(self.watch, plan, title=title, save=self._save_now())
         self._views, self._title = parts.views, title
-        self.recorders = [Recorder(self.watch, self.shown, sink) for sink in asked.sinks]
+        self.recorders = [Recorder(self.watch, self.shown, sink) for sink in self.asked.sinks]
 
-    def _make_room(self, *, is_new: bool, is_kept: bool) -> None:
+    def _make_room(self, *, is_kept: bool) -> None:
         """Remove what an earlier run left that would pass for this one's.
 
         The model that this one begins with stays, and so does one that it writes none instead of.
@@ -128,7 +136,7 @@ class Watching:
         self.out.hold()
         self.out.remove_half_written()
         self.out.remove([SUMMARY] if is_kept else names)
-        if is_new or not is_kept:
+        if not is_kept:
             self.out.write_text(CONFIG, to_toml(self.config))
 
     @property
