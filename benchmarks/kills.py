@@ -136,11 +136,12 @@ def run(command: Command, words: Sequence[str], out: Path, after_s: float | None
 
 
 def contents(out: Path) -> dict[str, bytes]:
-    """Return what a run says but for its times."""
+    """Return what a run says but for its times, and for which command wrote which file."""
     return {
         path.relative_to(out).as_posix(): path.read_bytes()
         for path in sorted(out.rglob("*"))
         if path.is_file() and path.name not in TIMED and "figures" not in path.parts
+        if not path.name.startswith(".")
     }
 
 
@@ -233,6 +234,7 @@ def _go_on(command: Command, out: Path, tally: Tally, rng: np.random.Generator) 
             tally.n_redone.append(n_steps(out) - n_kept(out))
         is_again = rng.random() < KILLED_AGAIN
         after_s = rng.uniform(0, 2 * tally.seconds) if is_again else None
+        (aside_of(out) / BEGUN).unlink(missing_ok=True)  # of the one that was killed
         status = run(command, command.go_on(out), out, after_s)
         if command.name == "watch" and (out / STATE).is_file():
             _compare_watch(out, n_noted, tally)
@@ -244,7 +246,6 @@ def _go_on(command: Command, out: Path, tally: Tally, rng: np.random.Generator) 
 def _compare_watch(out: Path, n_noted: int, tally: Tally) -> None:
     """Compare the model that a watch went on with to what it was when it was killed."""
     begun = _lines(aside_of(out) / BEGUN)
-    (aside_of(out) / BEGUN).unlink(missing_ok=True)
     if not begun:
         return  # it was killed again before that, or it had ended by itself
     n_looks, found = begun[-1].split()
