@@ -21,7 +21,6 @@ from curiosight.cli.lessons import (
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.resume import (
-    Resume,
     check_alone,
     given_now,
     go_on_with,
@@ -78,7 +77,8 @@ def explore(
         typer.Option(
             "--from",
             metavar="RUN",
-            help="Go on with the model of an earlier run.",
+            help="Go on with the model of an earlier run, and in the same rooms with its regions, "
+            "their progress, and what its teacher remembers.",
             rich_help_panel=EXPLORING,
         ),
     ] = None,
@@ -113,7 +113,7 @@ def explore(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    resume: Resume = None,
+    resume: options.Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,
@@ -228,10 +228,9 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
     if run.so_far.n_steps:
         talk.note(f"goes on after {count(run.so_far.n_steps, 'step')}")
     elif given.from_ is not None:
-        talk.note(
-            "goes on with the samples, trees and places of that model; progress of regions and "
-            "what the teacher remembers begin anew"
-        )
+        talk.note("goes on with the samples, trees and places of that model")
+    for note in run.continued.notes if run.continued is not None else ():
+        talk.note(note)
     if given.test is not None:
         talk.introduce(Path(given.test), run.tests.truth.dataset)
     if run.config != settings:
