@@ -11,7 +11,8 @@ import pytest
 
 from command import call, files, refusal, succeed
 from curiosight.config import Config
-from curiosight.experiments.continual import episodes_of, transfer
+from curiosight.experiments.continual import episodes_of
+from curiosight.experiments.transfer import transfer
 from recordings import write_folder
 
 Capsys = pytest.CaptureFixture[str]
@@ -60,7 +61,7 @@ def test_command(tmp_path: Path, capsys: Capsys) -> None:
         succeed(capsys, "continual", first, second, "--out", out)
     assert files(outs[0]) == {
         *("config.toml", "model.npz", "summary.json"),
-        *("qualities.csv", "qualities.png", "qualities.svg"),
+        *("qualities.csv", "qualities.png", "qualities.svg", "alarms.csv"),
     }
     assert all(
         (outs[0] / name).read_bytes() == (outs[1] / name).read_bytes() for name in files(outs[0])

@@ -51,6 +51,25 @@ class Alarm:
         return asdict(self) | rounded
 
 
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An alarm, and when it came. look: its number, from 0. id: of its frame."""
+
+    look: int
+    id: str
+    alarm: Alarm
+
+    @property
+    def sentence(self) -> str:
+        """Say it to a person; places are counted from 0."""
+        where = "" if self.alarm.place < 0 else f", place {self.alarm.place}"
+        return f"look {self.look}{where}: {self.alarm.reason} ({self.id})"
+
+    def summary(self) -> dict[str, Any]:
+        """Return it, JSON-able."""
+        return {"look": self.look, "id": self.id, **self.alarm.summary()}
+
+
 @dataclass(slots=True)
 class Drift:
     """Tests, for one place, whether signs of change have risen.

@@ -12,6 +12,7 @@ from typing import Any
 
 from curiosight.explorer.outcome import Outcome, Seen
 from curiosight.learner.description import Saliency, fit_labels, sight_of
+from curiosight.learner.drift import Alarm, Event
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
 from curiosight.robot.advice import Advice
@@ -22,6 +23,8 @@ from curiosight.robot.told import Told, Verdict
 
 # Threads look so often whether they are to end.
 TICK_S = 0.1
+# So many of the last alarms are remembered.
+N_EVENTS = 20
 # What teaches and learns gives way to what maps: steps of niceness, where the system knows them.
 NICER = 5
 
@@ -40,7 +43,7 @@ class Look:
     """A frame that was compared with what its teacher says. number: from 0; error: eq. (1).
 
     seconds: since the first map. n_regrown: trees; 0 where nothing was learned. outcome: what a
-    strategy hears of it.
+    strategy hears of it. alarm: its place is no longer what was learned of it.
     """
 
     number: int
@@ -49,6 +52,7 @@ class Look:
     error: float | None
     n_regrown: int
     outcome: Outcome = field(default_factory=Outcome)
+    alarm: Alarm | None = None
 
 
 class Watch:
@@ -98,6 +102,8 @@ class Watch:
         self._n_offered = 0
         self.is_paused = self.is_frozen = False
         self.failure: BaseException | None = None
+        # The last alarms; replaced as a whole, for others read it.
+        self.events: tuple[Event, ...] = ()
         self._is_over = threading.Event()
         # Held while the model changes, by learning or by who reads all of it.
         self.learning = threading.Lock()
@@ -207,15 +213,17 @@ class Watch:
         if self.is_learning and not self.is_frozen:
             with self.learning, self._told.says(verdict):
                 observation = self.learner.observe(frame)
-            n_regrown = observation.change.n_regrown
+            n_regrown, alarm = observation.change.n_regrown, observation.change.alarm
             outcome = Outcome.of(observation, 0.0)
             self.lessons.note()
             if n_regrown:
                 self._learned_at = self._clock()
         else:
-            n_regrown, outcome = 0, self._compare(verdict)
+            n_regrown, alarm, outcome = 0, None, self._compare(verdict)
         seconds = self.seconds() or 0.0
-        look = Look(self.looks.n, seconds, verdict, outcome.error, n_regrown, outcome)
+        look = Look(self.looks.n, seconds, verdict, outcome.error, n_regrown, outcome, alarm)
+        if alarm is not None:
+            self.events = (*self.events, Event(look.number, frame.id, alarm))[-N_EVENTS:]
         self.looks.note()
         if self.advice is not None:
             self.advice.look(verdict.shot.index, outcome, look.seconds)
