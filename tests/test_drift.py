@@ -220,8 +220,8 @@ def test_what_has_gone_is_forgotten() -> None:
 
 def test_memory_of_ever_new_walls_has_an_end() -> None:
     scenery = Scenery(max_voxels=8000)
-    for look in range(75):
-        scenery.look(glance(look, shift=3.0 * (look // 3)))
+    for look in range(100):
+        scenery.look(glance(look, shift=3.0 * (look // 4)))
     assert 2000 < len(scenery) <= 8000
     # What was seen last is still known, and what was seen first is not.
     assert scenery.look(glance(100, shift=3.0 * 24)).light is not None

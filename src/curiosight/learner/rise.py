@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections import deque
 from dataclasses import dataclass, field
-from itertools import islice
 
 # So many of the last numbers say what is usual; from so many on a new one can be told from them.
 # The newest do not count: those of a change would pass for usual ones.
@@ -36,20 +36,29 @@ class Rise:
     evidence: float = 0.0
     n_since: int = 0
     _likeliest: float = 1.0
+    # All but the newest, in the order of their size.
+    _usual: list[float] = field(default_factory=list)
 
     def add(self, number: float) -> float:
         """Take in a number, not NaN, and return the evidence."""
-        n_usual = len(self.known) - N_NEWEST
-        if n_usual >= LEAST_KNOWN:
-            n_as_large = sum(one >= number for one in islice(self.known, n_usual))
-            p = (1 + n_as_large) / (1 + n_usual)
+        if len(self._usual) >= LEAST_KNOWN:
+            n_as_large = len(self._usual) - bisect_left(self._usual, number)
+            p = (1 + n_as_large) / (1 + len(self._usual))
             won = winnings(p)
             self.evidence = (1 + self.evidence) * won
             # Of all bets that one has won most that begins where the product is largest.
             self.n_since = min(N_KEPT, 1 + self.n_since) if self._likeliest > 1 else 1
             self._likeliest = max(1.0, self._likeliest) * won
-        self.known.append(number)
+        self._keep(number)
         return self.evidence
+
+    def _keep(self, number: float) -> None:
+        """Take a number for one of the newest, and the oldest of these for a usual one."""
+        if len(self.known) == N_KEPT + N_NEWEST:
+            del self._usual[bisect_left(self._usual, self.known[0])]
+        self.known.append(number)
+        if len(self.known) > N_NEWEST:
+            insort(self._usual, self.known[-1 - N_NEWEST])
 
 
 def winnings(p: float) -> float:

@@ -18,6 +18,7 @@ from curiosight.learner.scenery_kernels import (
     find_voxels,
     look_for_things,
     move_voxels,
+    sum_up,
     take_in,
 )
 
@@ -30,7 +31,7 @@ SIDE, MAX_RANGE = 0.1, 4.0
 MAX_VOXELS, FIRST_SLOTS = 1 << 17, 1 << 12
 # A view tells nothing of change where it shows less of what is known, of its readings; nor one with
 # fewer voxels or pixels of things, or fewer blocks that are a quarter full.
-MIN_KNOWN, MIN_VOXELS, MIN_PIXELS, MIN_BLOCKS = 0.6, 20, 40, 6
+MIN_KNOWN, MIN_VOXELS, MIN_PIXELS, MIN_BLOCKS = 0.6, 20, 25, 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +87,11 @@ class Scenery:
         )
         self._make_room()
         table, slots = (self._voxels, self._values), find_slots(self._voxels, seen)
-        sums, counts, n_known = compare_colours(
-            self._values, slots, glance.colours, glance.is_salient, BLOCK
+        sums, counts, n_seen, n_known = compare_colours(
+            self._values, seen, slots, glance.colours, glance.is_salient, BLOCK
         )
-        light, tint, brighter = _difference(sums, counts)
-        is_known = n_known >= MIN_KNOWN * max(1, int(np.count_nonzero(seen != FREE)))
+        light, tint, brighter, n_blocks = sum_up(sums, counts, BLOCK**2 / 4)
+        is_known = n_blocks >= MIN_BLOCKS and n_known >= MIN_KNOWN * n_seen
         n_pixels, n_new = count_new(*table, seen, slots, glance.is_salient)
         n_gone, n_there, self._n_things = look_for_things(
             *table,
@@ -149,18 +150,3 @@ class Scenery:
         self._voxels = np.full(n_slots, FREE)
         self._values = np.zeros((n_slots, N_COLUMNS), np.float32)
         self._last = np.zeros(n_slots, np.int32)
-
-
-def _difference(sums: Array, counts: Array) -> tuple[float | None, float | None, float]:
-    """Return `Signs.light` and `tint`, and by how much the whole view is brighter."""
-    is_told = counts >= BLOCK**2 / 4
-    if np.count_nonzero(is_told) < MIN_BLOCKS:
-        return None, None, 0.0
-    of_block = sums[is_told]
-    means = of_block[:, :3] / of_block[:, 3:]
-    whole = np.median(means, axis=0)
-    return (
-        float(np.abs(means[:, 0] - whole[0]).mean()),
-        float(np.hypot(*whole[1:])),
-        float(whole[0]),
-    )

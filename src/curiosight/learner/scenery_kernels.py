@@ -74,19 +74,20 @@ def find_slots(voxels: Array, seen: Array) -> Array:
 
 @njit(cache=True, nogil=True)
 def compare_colours(
-    values: Array, slots: Array, colours: Array, is_salient: Array, block: int
-) -> tuple[Array, Array, int]:
+    values: Array, seen: Array, slots: Array, colours: Array, is_salient: Array, block: int
+) -> tuple[Array, Array, int, int]:
     """Compare what a view shows with the colours that it had.
 
     Return for each block of pixels the (3,) weighted sums of differences, the sum of weights and
-    the number of pixels; and how many pixels are known at all. Things do not count: they may have
-    been moved.
+    the number of pixels; and how many pixels are of voxels, and of known ones. Things do not
+    count: they may have been moved.
     """
     size = slots.shape[0] // block, slots.shape[1] // block
     sums, counts = np.zeros((*size, 4)), np.zeros(size, np.int64)
-    n_known = 0
+    n_seen, n_known = 0, 0
     for v in range(slots.shape[0]):
         for u in range(slots.shape[1]):
+            n_seen += seen[v, u] != FREE
             slot = slots[v, u]
             if slot < 0 or values[slot, VIEWS] < MIN_VIEWS:
                 continue
@@ -101,7 +102,27 @@ def compare_colours(
                 of_block[colour] += weight * min(max(difference, -1.0), 1.0)
             of_block[3] += weight
             counts[v // block, u // block] += 1
-    return sums, counts, n_known
+    return sums, counts, n_seen, n_known
+
+
+@njit(cache=True, nogil=True)
+def sum_up(sums: Array, counts: Array, least: float) -> tuple[float, float, float, int]:
+    """Return `Signs.light` and `tint`, by how much the view is brighter, and of how many blocks.
+
+    sums, counts: of `compare_colours`. least: pixels of a block that tells.
+    """
+    means, n = np.empty((3, counts.size)), 0
+    for row in range(counts.shape[0]):
+        for column in range(counts.shape[1]):
+            if counts[row, column] >= least:
+                for colour in range(3):
+                    means[colour, n] = sums[row, column, colour] / sums[row, column, 3]
+                n += 1
+    if n == 0:
+        return 0.0, 0.0, 0.0, 0
+    brighter = np.median(means[0, :n])
+    light = np.abs(means[0, :n] - brighter).mean()
+    return light, np.hypot(np.median(means[1, :n]), np.median(means[2, :n])), brighter, n
 
 
 @njit(cache=True, nogil=True)
