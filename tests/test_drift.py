@@ -11,10 +11,12 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.frame import Camera, Frame, Label
-from curiosight.learner.drift import ALARM, CAUSES, Alarm, Cause, Drift
+from curiosight.learner.drift import ALARM, CAUSES, Alarm, Cause, Drift, Event
 from curiosight.learner.glance import N_ACROSS, N_DOWN, Glance, colours_of
 from curiosight.learner.rise import LEAST_KNOWN, N_KEPT, N_NEWEST, Rise, winnings
 from curiosight.learner.scenery import Scenery, Signs
+from curiosight.viewing.report import Report
+from curiosight.viewing.report.page import report_html
 
 Floats = npt.NDArray[np.float64]
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5)
@@ -116,6 +118,27 @@ def test_percents_are_of_what_is_said() -> None:
     assert Alarm(0, "gone", 0.051, 0.34, 7).reason == (
         "objects moved: 34% of what stood in view is gone, usually 5%"
     )
+
+
+def test_an_event_says_when_and_where() -> None:
+    event = Event(71, "000011", Alarm(2, "tint", 0.03, 0.12, 6))
+    assert event.sentence == (
+        "look 71, place 2: light changed: views are redder or bluer than before by 12%, "
+        "usually by 3% (000011)"
+    )
+    assert event.summary() == {
+        **{"look": 71, "id": "000011", "place": 2, "cause": "tint", "was": 0.03, "now": 0.12},
+        **{"n_looks": 6, "reason": event.alarm.reason},
+    }
+    only = Event(71, "000011", Alarm(-1, "tint", 0.03, 0.12, 6))
+    assert only.sentence.startswith("look 71: light changed")
+
+
+def test_a_report_tells_what_changed() -> None:
+    page = report_html(Report("A look around", "It looked.", events=["look 7: objects <moved>"]))
+    assert "What changed" in page
+    assert "look 7: objects &lt;moved&gt;" in page
+    assert "What changed" not in report_html(Report("A look around", "It looked."))
 
 
 def frame(

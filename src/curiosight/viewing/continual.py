@@ -72,7 +72,14 @@ def draw_changes(
     above, axes = figure.subplots(2, 1, sharex=True, height_ratios=(1, 4))
     ends = np.cumsum(n_looks)
     for number, (name, end) in enumerate(zip(names, ends, strict=True)):
-        axes.plot(ends, qualities[:, number], "o-", color=HUES[number % len(HUES)], label=name)
+        axes.plot(
+            ends,
+            qualities[:, number],
+            "o-",
+            color=HUES[number % len(HUES)],
+            label=name,
+            clip_on=False,
+        )
         above.text(end - n_looks[number] / 2, 1.0, name, ha="center", va="bottom")
         for one in (above, axes):
             one.axvline(end, color=FAINT, linewidth=0.6, linestyle=":")
