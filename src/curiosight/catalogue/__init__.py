@@ -1,9 +1,9 @@
 """What is there: things followed over views into entries, and over visits: new, moved, gone.
 
-    visit = Visit("kitchen")
-    for frame in dataset:
-        visit.add(frame, teacher.segment(frame), learner.saliency(frame.rgb))
-    entries = Catalogue().add(visit)
+visit = Visit("kitchen")
+for frame in dataset:
+    visit.add(frame, teacher.segment(frame), learner.saliency(frame.rgb))
+entries = Catalogue().add(visit)
 """
 
 from curiosight.catalogue.catalogue import MIN_CONFIDENCE, Catalogue, Change, Entry, Sighting

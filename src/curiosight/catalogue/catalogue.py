@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,10 +17,12 @@ from curiosight.frame import Pose
 
 Change = Literal["new", "moved", "gone", "same"]
 # Which entries are shown: of those that are surer than this nine of ten are right.
-MIN_CONFIDENCE = 0.6
+MIN_CONFIDENCE = 0.8
 # Shares of a thing's surface: seen through where it stood, so that it is gone; seen where it now
 # is, so that it was there before, though nobody knew it for a thing.
 MIN_FREE, MIN_THERE = 0.5, 0.6
+# Of the things, which are taken to stand on the floor: fewer may seem to be below it.
+LOWEST = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ class Catalogue:
         found = list(self._found(visit))
         there = [one for one in self._entries if one.change != "gone"]
         after = [one for one in self._entries if one.change == "gone"]
-        pairs = match_things([_looks(one) for one in there], [_looks(one) for one in found])
+        pairs = match_things(_looks(there), _looks(found))
         matched = {i: (j, is_same) for i, j, is_same in pairs}
         for place, entry in enumerate(there):
             if place in matched:
@@ -146,9 +148,18 @@ class Catalogue:
         return "same" if before.there >= MIN_THERE else "new"
 
 
-def _looks(entry: Entry) -> Appearance:
-    thing = entry.thing
-    return Appearance(entry.T_world_centre[:3, 3], entry.size_m, thing.colours, thing.voxels)
+def _looks(entries: Sequence[Entry]) -> list[Appearance]:
+    """Return what entries are known again by."""
+    centres = [one.T_world_centre[:3, 3] for one in entries]
+    bottoms = [
+        float(one.T_world_centre[:3, 2] @ centre) - one.size_m[2] / 2
+        for one, centre in zip(entries, centres, strict=True)
+    ]
+    lowest = float(np.quantile(bottoms, LOWEST)) if bottoms else 0.0
+    return [
+        Appearance(centre, one.size_m, one.thing.colours, one.thing.voxels, bottom - lowest)
+        for one, centre, bottom in zip(entries, centres, bottoms, strict=True)
+    ]
 
 
 def _again(entry: Entry, found: Entry, *, is_same: bool) -> Entry:

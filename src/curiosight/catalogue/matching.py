@@ -24,15 +24,17 @@ Array = npt.NDArray[Any]
 # A thing stands where it stood if this share of its surface lies where it lay, and the other way
 # round; things farther apart than this, metres, are not compared so.
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
-# Log-odds, fitted by logistic regression on the true things of drawn homes 31 and 32: at first; for
-# each e-fold of height and length; for the distance of colours (0 = the same, 1 = none shared).
-FIRST, PER_HEIGHT, PER_LENGTH, PER_COLOUR = 5.1, -4.3, -1.5, -12.2
-# What stays is likelier than what moves; things are carried about in a room more than farther.
-SAME_BONUS, PER_METRE = 4.0, -0.2
+# Log-odds, fitted by logistic regression on the things of the drawn home 31: at first; for each
+# e-fold of height and length; for the distance of hues (0 = the same, 1 = none shared). Lightness
+# is left out: what is carried elsewhere stands in other light.
+FIRST, PER_HEIGHT, PER_LENGTH, PER_HUES = 5.0, -5.5, -1.5, -12.5
+# What stays is likelier than what moves; things are carried about in a room more than farther, and
+# seldom from a table to the floor: what stands less high than this, metres, is on the floor.
+SAME_BONUS, PER_METRE, ELSEWHERE, FAR, OTHER_LEVEL, LOW = 4.0, -0.15, -4.0, 6.0, -3.5, 0.2
 # A pair that less speaks for is two things.
 MIN_ODDS = -3.0
-# Colours beside each other are alike: standard deviations in bins of lightness and the hues.
-BLUR = (0.7, 0.5, 0.5)
+# Hues beside each other are alike: standard deviation in bins.
+BLUR = 0.5
 # No thing is thinner, by the cubes that it is made of; metres.
 THIN = 0.03
 
@@ -42,13 +44,14 @@ class Appearance:
     """What a thing is known again by.
 
     centre: (3,) metres in the world. size: metres, width, length, height. colours: (600,) shares.
-    voxels: of its surface, see `voxels_of`.
+    voxels: of its surface, see `voxels_of`. bottom: metres over the lowest thing of its visit.
     """
 
     centre: Array
     size: tuple[float, float, float]
     colours: npt.NDArray[np.float64]
     voxels: Voxels
+    bottom: float = 0.0
 
 
 def match_things(
@@ -73,12 +76,15 @@ def weigh_pairs(before: Sequence[Appearance], after: Sequence[Appearance]) -> tu
     shifts = np.linalg.norm(centres[0][:, None] - centres[1][None], axis=2)
     sizes = [np.log(np.maximum([one.size for one in some], THIN)) for some in (before, after)]
     differs = np.abs(sizes[0][:, None] - sizes[1][None])
-    roots = [np.sqrt([_blurred(one.colours) for one in some]) for some in (before, after)]
+    roots = [np.sqrt([_hues(one.colours) for one in some]) for some in (before, after)]
     # Hellinger's distance.
-    colours = np.sqrt(np.maximum(0.0, 1.0 - roots[0] @ roots[1].T))
-    odds = FIRST + PER_HEIGHT * differs[..., 2] + PER_LENGTH * differs[..., 1]
+    hues = np.sqrt(np.maximum(0.0, 1.0 - roots[0] @ roots[1].T))
+    odds = FIRST + PER_HEIGHT * differs[..., 2] + PER_LENGTH * differs[..., 1] + PER_HUES * hues
+    is_low = [np.array([one.bottom < LOW for one in some]) for some in (before, after)]
+    odds += OTHER_LEVEL * (is_low[0][:, None] != is_low[1][None])
     is_same = _are_there(before, after, shifts)
-    odds += PER_COLOUR * colours + np.where(is_same, SAME_BONUS, PER_METRE * shifts)
+    moving = PER_METRE * shifts + ELSEWHERE * (shifts > FAR)
+    odds += np.where(is_same, SAME_BONUS, moving)
     return odds, is_same
 
 
@@ -95,8 +101,8 @@ def _are_there(before: Sequence[Appearance], after: Sequence[Appearance], shifts
     return found
 
 
-def _blurred(colours: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    blurred: npt.NDArray[np.float64] = gaussian_filter(
-        colours.reshape(COLOUR_BINS), BLUR, mode="nearest"
-    ).ravel()
-    return blurred
+def _hues(colours: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return (100,) the share of each hue, whatever its lightness."""
+    of_hues = colours.reshape(COLOUR_BINS).sum(axis=0)
+    hues: npt.NDArray[np.float64] = gaussian_filter(of_hues, BLUR, mode="nearest").ravel()
+    return hues

@@ -24,8 +24,9 @@ MIN_VOTING, MIN_SHOWN = 4, 0.15
 # Two are one thing if each lies in the other by this share; or if one lies in the other by
 # `MIN_INSIDE`, and hardly any view shows them apart.
 MIN_EACH, MIN_INSIDE, MAX_APART = 0.5, 0.35, 1 / 3
-# What lies in a better known thing by this share and is at most so large beside it is a part of it.
-MIN_PART, MAX_PART = 0.5, 0.5
+# What lies in a better known thing by this share and is at most so large beside it is a part of it;
+# so is what lies in the box around one that twice as many views show, as a chair's legs do.
+MIN_PART, MAX_PART, MIN_BOXED = 0.5, 0.5, 0.8
 # What is farther over its support than this, metres, stands on something else that is not known.
 MAX_GAP = 0.15
 
@@ -112,9 +113,7 @@ def find_things(seen: Sequence[tuple[int, Detection]]) -> list[Thing]:
     seen: the number of a view and what it shows, of all views. What depth leaves in doubt
     counts where the map says salient.
     """
-    certain = [
-        (view, one) for view, one in seen if one.is_decided or one.saliency > MIN_SALIENCY
-    ]
+    certain = [(view, one) for view, one in seen if one.is_decided or one.saliency > MIN_SALIENCY]
     groups = group_detections([view for view, _ in certain], [one for _, one in certain])
     things = [Thing([certain[place] for place in group]) for group in groups]
     things.sort(key=lambda one: (-one.n_decided, -len(one.views), one.seen[0][0]))
@@ -145,10 +144,19 @@ def _is_part(thing: Thing, things: Sequence[Thing]) -> bool:
         len(whole.views) > len(thing.views)
         and len(thing.voxels) < MAX_PART * len(whole.voxels)
         and whole.is_near(thing)
-        and share_in(thing.voxels, whole.grown) > MIN_PART
+        and (share_in(thing.voxels, whole.grown) > MIN_PART or _is_boxed(thing, whole))
         for whole in things
         if whole is not thing
     )
+
+
+def _is_boxed(thing: Thing, whole: Thing) -> bool:
+    """Tell whether a thing lies in the box around one that is known much better."""
+    if len(whole.views) < 2 * len(thing.views):
+        return False
+    centres, (low, high) = centres_of(thing.voxels), whole.bounds
+    is_inside = ((centres > low) & (centres < high)).all(axis=1)
+    return bool(is_inside.mean() > MIN_BOXED)
 
 
 def _is_several(thing: Thing, things: Sequence[Thing]) -> bool:

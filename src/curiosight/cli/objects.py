@@ -75,9 +75,7 @@ def objects(
     folder = OutputFolder(out, "objects", sources[-1], overwrite=overwrite)
     datasets = [open_source(source, reading=settings.reading) for source in sources]
     with announce_compilation(talk.console):
-        cataloguing = Cataloguing(
-            settings, model, datasets, min_confidence=threshold, every=every
-        )
+        cataloguing = Cataloguing(settings, model, datasets, min_confidence=threshold, every=every)
         folder.write_text("config.toml", to_toml(settings))
         for source, dataset in zip(sources, datasets, strict=True):
             talk.introduce(source, dataset)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.catalogue import Catalogue, Detection, Entry, Visit
+from curiosight.catalogue import MIN_CONFIDENCE, Catalogue, Detection, Entry, Visit
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.errors import DataError
@@ -31,6 +31,8 @@ CHANGES = ("new", "moved", "gone", "same")
 NO_POSE = "no pose"
 # Pixels of a picture's longer side, and the share of the thing's size that is shown around it.
 PICTURE_PX, AROUND = 240, 0.25
+# Seen on dark and on light.
+OUTLINE = (((0, 0, 0), 3), ((255, 255, 255), 1))
 
 
 class Cataloguing:
@@ -49,7 +51,7 @@ class Cataloguing:
         model: Path,
         datasets: Sequence[Dataset],
         *,
-        min_confidence: float,
+        min_confidence: float = MIN_CONFIDENCE,
         every: int = 1,
     ) -> None:
         if every < 1:
@@ -201,12 +203,18 @@ def _up_of(survey: Survey) -> npt.NDArray[Any] | None:
 
 
 def _picture(rgb: Rgb, shown: Detection) -> Rgb:
-    """Return what a thing looks like in a view, with a little around it."""
+    """Return what a thing looks like in a view, outlined, with a little around it."""
     x, y, width, height = shown.box
     margin = round(AROUND * max(width, height))
     left, top = max(0, x - margin), max(0, y - margin)
     part = rgb[top : y + height + margin, left : x + width + margin]
-    scale = min(1.0, PICTURE_PX / max(part.shape[:2]))
+    mask = np.zeros(part.shape[:2], np.uint8)
+    mask[y - top : y - top + height, x - left : x - left + width] = shown.mask
+    scale = PICTURE_PX / max(part.shape[:2])
     size = (max(1, round(scale * part.shape[1])), max(1, round(scale * part.shape[0])))
     picture: Rgb = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+    mask = cv2.resize(mask, size, interpolation=cv2.INTER_NEAREST)
+    outline, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    for colour, thickness in OUTLINE:
+        cv2.drawContours(picture, outline, -1, colour, thickness)
     return picture

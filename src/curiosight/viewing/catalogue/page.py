@@ -49,13 +49,15 @@ def catalogue_html(report: CatalogueReport) -> str:
 def _sections(report: CatalogueReport) -> Iterator[Markup]:
     counts = Counter(entry.change for entry in report.entries)
     yield _opening(report, counts)
+    is_compared = len(report.visits) > 1
     if report.entries:
-        yield _filters(counts)
+        if is_compared:
+            yield _filters(counts)
         yield section("where", "Where", "", plan_of(report.entries))
     for place in sorted({entry.place for entry in report.entries}, key=_known_first):
         here = [entry for entry in report.entries if entry.place == place]
         title = "Things" if place is None else f"Place {place}"
-        cards = [_card(entry, report.pictures.get(entry.id)) for entry in here]
+        cards = [_card(one, report.pictures.get(one.id), is_compared) for one in here]
         yield section(f"place-{place}", title, "", element("div", {"class": "cards"}, *cards))
     yield list_section("warnings", "Worth knowing", report.warnings)
     making = element("pre", {}, element("code", {}, report.command))
@@ -96,13 +98,13 @@ def _small(n: int) -> Markup:
     return element("small", {}, str(n))
 
 
-def _card(entry: Entry, picture: Rgb | None) -> Markup:
+def _card(entry: Entry, picture: Rgb | None, is_compared: bool) -> Markup:
     image = NOTHING
     if picture is not None:
         text = f"thing {entry.id}, in the view that shows most of it"
         image = element("img", {**source(picture), "alt": text, "loading": "lazy"})
     badge = element("span", {"class": f"badge {entry.change}"}, entry.change)
-    title = element("h3", {}, f"{entry.id} ", badge)
+    title = element("h3", {}, f"{entry.id} ", badge if is_compared else NOTHING)
     size = " × ".join(number(100 * length, 0) for length in entry.size_m)
     x, y, z = (number(metres) for metres in entry.T_world_centre[:3, 3])
     views = "1 view" if entry.n_views == 1 else f"{entry.n_views} views"
