@@ -51,12 +51,16 @@ def _axes_across(up: Array) -> Array:
 
 
 def _ends(values: Array) -> tuple[float, float]:
-    low, high = np.quantile(values, [STRAY, 1 - STRAY])
+    # Of few points none is stray.
+    low, high = (
+        np.quantile(values, STRAY, method="lower"),
+        np.quantile(values, 1 - STRAY, method="higher"),
+    )
     return float(low), float(high)
 
 
 def _without_stray(places: Array) -> Array:
     """Return (n, 2) places without those beyond the ends along either axis."""
-    low, high = np.quantile(places, [STRAY, 1 - STRAY], axis=0)
+    low, high = np.transpose([_ends(along) for along in places.T])
     kept = places[((places >= low) & (places <= high)).all(axis=1)]
     return kept if len(kept) else places

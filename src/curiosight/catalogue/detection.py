@@ -102,15 +102,19 @@ def _salient_pieces(
 ) -> Iterator[tuple[Mask, tuple[int, int]]]:
     """Yield the pieces of what masks or boxes call salient, parted by steps in depth."""
     assert frame.depth is not None
-    salient = segmentation.labels == Label.SALIENT
+    whole = segmentation.labels == Label.SALIENT
     depth = np.nan_to_num(frame.depth, nan=0.0)
     low, high = (f(depth, np.ones((3, 3), np.uint8)) for f in (cv2.erode, cv2.dilate))
-    salient &= high - low < STEP_M * np.maximum(1.0, depth)
+    salient = whole & (high - low < STEP_M * np.maximum(1.0, depth))
     _, numbers, statistics, _ = cv2.connectedComponentsWithStats(salient.astype(np.uint8))
     least = MIN_MASK_PX * salient.size / (640 * 480)
     for number, (u, v, width, height, n_pixels) in enumerate(statistics.tolist()):
         if number and n_pixels >= least:
-            yield numbers[v : v + height, u : u + width] == number, (u, v)
+            # A step is as wide as two pixels: each side has one of them.
+            u, v, right, below = max(0, u - 1), max(0, v - 1), u + width + 1, v + height + 1
+            piece = (numbers[v:below, u:right] == number).astype(np.uint8)
+            piece = cv2.dilate(piece, np.ones((3, 3), np.uint8))
+            yield (piece > 0) & whole[v:below, u:right], (u, v)
 
 
 def _detection(
@@ -160,7 +164,8 @@ def _points(
     v, u = np.nonzero(mask)
     u, v = u + offset[0], v + offset[1]
     z = depth[v, u].astype(np.float64)
-    u, v, z = (values[np.isfinite(z)] for values in (u, v, z))
+    is_read = np.isfinite(z)
+    u, v, z = u[is_read], v[is_read], z[is_read]
     x, y = (u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z
     return np.stack([x, y, z], axis=1)
 

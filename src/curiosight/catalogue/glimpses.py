@@ -33,7 +33,8 @@ class Glimpses:
         """Keep a view. depth: (H, W) float32 metres, NaN = no reading."""
         step = max(1, round(STEP * camera.width / 640))
         coarse = depth[::step, ::step].astype(np.float16)
-        self._views.append((coarse, camera, np.linalg.inv(T_world_camera), step))
+        T_camera_world = np.linalg.inv(T_world_camera).astype(np.float64)
+        self._views.append((coarse, camera, T_camera_world, step))
 
     def look_for(self, voxels: Voxels) -> Seen:
         """Return of which shares of a surface views saw that it is free, or that it is there.

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +47,10 @@ def _weigh(views: npt.NDArray[np.int64], detections: Sequence[Detection]) -> Wei
     around = [grown(voxels) for voxels in own]
     shared = _shared(own, around)
     weights: Weights = {}
+    # Also where they do not overlap: something may overlap both.
+    for view in np.unique(views):
+        for i, j in combinations(np.flatnonzero(views == view).tolist(), 2):
+            _put(weights, i, j, -APART)
     for i, j in zip(*shared.nonzero(), strict=True):
         if i >= j:
             continue
@@ -53,11 +58,13 @@ def _weigh(views: npt.NDArray[np.int64], detections: Sequence[Detection]) -> Wei
         if max(both) < MIN_SHARED:
             continue
         weight = (max(both) + min(both)) / 2 - EVEN
-        if views[i] == views[j]:
-            weight -= APART
-        weights.setdefault(int(i), {})[int(j)] = weight
-        weights.setdefault(int(j), {})[int(i)] = weight
+        _put(weights, int(i), int(j), weight - APART * float(views[i] == views[j]))
     return weights
+
+
+def _put(weights: Weights, i: int, j: int, weight: float) -> None:
+    weights.setdefault(i, {})[j] = weight
+    weights.setdefault(j, {})[i] = weight
 
 
 def _shared(own: Sequence[Voxels], around: Sequence[Voxels]) -> csr_array:
@@ -93,5 +100,5 @@ def _contracted(n: int, weights: Weights) -> list[list[int]]:
             together = weights[i].get(k, 0.0) + weight
             weights[i][k] = weights[k][i] = together
             if together > 0:
-                heapq.heappush(heap, (-together, *sorted((i, k))))
+                heapq.heappush(heap, (-together, min(i, k), max(i, k)))
     return [sorted(group) for _, group in sorted(members.items())]

@@ -56,7 +56,8 @@ class Thing:
             np.concatenate([one.voxels for _, one in self.seen]), return_counts=True
         )
         n_views = len(self.views)
-        kept: Voxels = voxels[counts >= MIN_SHOWN * n_views] if n_views >= MIN_VOTING else voxels
+        least = max(2.0, MIN_SHOWN * n_views) if n_views >= MIN_VOTING else 1.0
+        kept: Voxels = voxels[counts >= least]
         return kept if len(kept) else voxels
 
     @cached_property
@@ -73,7 +74,8 @@ class Thing:
     def colours(self) -> npt.NDArray[np.float64]:
         """(600,) the share of each colour, of all views together."""
         counts: npt.NDArray[np.float64] = np.sum([one.colours for _, one in self.seen], axis=0)
-        return counts / max(counts.sum(), 1.0)
+        shares: npt.NDArray[np.float64] = counts / max(counts.sum(), 1.0)
+        return shares
 
     @cached_property
     def saliency(self) -> float:

@@ -92,4 +92,5 @@ def _up_by(frame: Frame, segmentation: Segmentation) -> Array | None:
     if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
         return None
     up: Array = frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
-    return up / np.linalg.norm(up)
+    up /= np.linalg.norm(up)
+    return up

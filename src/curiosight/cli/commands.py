@@ -32,7 +32,7 @@ COMMANDS = {
     "evaluate": "Score saliency against ground truth, or against the teacher where there is none.",
     "segment": "Segment depth: objects on supports (salient), supports and walls (not), the rest "
     "unknown.",
-    "objects": "List what is there: each thing once, and since the last visit what is new, moved or "
+    "objects": "List what is there: each thing once; since the last visit what is new, moved or "
     "gone.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
     "export": "Write a recording for others: as an RL-IAC folder or as a ROS bag.",

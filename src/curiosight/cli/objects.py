@@ -61,7 +61,7 @@ def objects(
     *,
     reading: ReadingOverrides,
 ) -> None:
-    """List what is there: each thing once, and since the last visit what is new, moved or gone.
+    """List what is there: each thing once; since the last visit what is new, moved or gone.
 
     Writes objects.html to look at first, objects.json (COCO: images, annotations, categories, and
     objects: place, support, T_world_centre, size_m, first_seen, last_seen, n_views, confidence,

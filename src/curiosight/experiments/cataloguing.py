@@ -116,7 +116,7 @@ class Cataloguing:
     def finish(self, out: OutputFolder) -> dict[str, Any]:
         """Write objects.json for the frames so far; return a summary, JSON-able."""
         out.write_json(OBJECTS, to_json(self.catalogue))
-        changes = Counter(entry.change for entry in self.catalogue.entries)
+        changes = Counter[str](entry.change for entry in self.catalogue.entries)
         return {
             "frames": self.n_frames,
             "visits": len(self.catalogue.visits),

@@ -47,7 +47,7 @@ def catalogue_html(report: CatalogueReport) -> str:
 
 
 def _sections(report: CatalogueReport) -> Iterator[Markup]:
-    counts = Counter(entry.change for entry in report.entries)
+    counts = Counter[str](entry.change for entry in report.entries)
     yield _opening(report, counts)
     is_compared = len(report.visits) > 1
     if report.entries:
