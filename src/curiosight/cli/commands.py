@@ -26,6 +26,7 @@ COMMANDS = {
     "learn": "Learn a whole recording at once: the off-line model, the least error to expect.",
     "continual": "Learn places one after the other: how well each is known after each, what is "
     "forgotten.",
+    "merge": "Merge the models of robots in the same home: each knows then what all have seen.",
     "map": "Find objects in colour images with a learned model: <id>.png, 255 = surely salient.",
     "saliency": "Write the maps of a baseline, equal to its original: <id>.png, 255 = most "
     "salient.",
