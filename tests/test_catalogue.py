@@ -130,7 +130,7 @@ def blob(x: float, width: float) -> Detection:
     """Return a detection of a plate of so many metres, 12 cm deep."""
     xs, ys = np.meshgrid(np.arange(x, x + width, 0.01), np.arange(0, 0.12, 0.01))
     points = np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, 0.005)], axis=1)
-    nothing = np.zeros(600, np.float32)
+    nothing = np.zeros(300, np.float32)
     mask = np.ones((12, round(100 * width)), np.bool_)
     size = (0, 0, mask.shape[1], 12)
     return Detection(size, mask, voxels_of(points), nothing, 0.0, "table", 1.0, True, np.nan)
@@ -180,8 +180,8 @@ def test_box_is_upright_and_turned_as_the_thing_is() -> None:
 
 def test_one_thing_is_matched_once_and_by_its_hue() -> None:
     def looks(hue: int, x: float) -> Appearance:
-        colours = np.zeros((6, 10, 10))
-        colours[3, hue, hue] = 1
+        colours = np.zeros((3, 10, 10))
+        colours[:, hue, hue] = 1 / 3
         surface = voxels_of(np.array([[x, 0.0, 0.0], [x + 0.1, 0.0, 0.0]]))
         return Appearance(np.array([x, 0, 0]), (0.1, 0.1, 0.2), colours.ravel(), surface)
 

@@ -25,10 +25,14 @@ UNDECIDED = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
 MIN_MASK_PX, STEP_M = 400, 0.05
 # Readings at a thing's edge lie between it and what is behind: so many of them are left out.
 EDGE_PX = 1
-# Bins of lightness and the two hues.
-COLOUR_BINS = (6, 10, 10)
-N_COLOURS = COLOUR_BINS[0] * COLOUR_BINS[1] * COLOUR_BINS[2]
+# Bins of the two hues, in each of so many bands from a thing's top to its bottom. Lightness is left
+# out: what is carried elsewhere stands in other light.
+N_BANDS, N_HUES = 3, 10
+COLOUR_BINS = (N_BANDS, N_HUES, N_HUES)
+N_COLOURS = N_BANDS * N_HUES * N_HUES
 HUE_LOW, HUE_HIGH = 90, 165
+# A camera that looks steeper than this, as the sine, sees no top and bottom.
+MIN_LEVEL = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +41,7 @@ class Detection:
 
     box: (x, y, width, height) in pixels. mask: (height, width) bool, inside the box.
     voxels: of its surface in the world, see `voxels_of`.
-    colours: (600,) float32, how many of its pixels have each colour.
+    colours: (300,) float32, how many of its pixels have each hue, in three bands of height.
     base: metres along up at which it stands; NaN = not known. support: what it stands on.
     distance: median metres along z.
     is_decided: depth says that it is a thing; else only a map can.
@@ -139,7 +143,9 @@ def _detection(
         box=(u, v, width, height),
         mask=mask,
         voxels=voxels_of(points @ pose[:3, :3].T + pose[:3, 3]),
-        colours=_count_colours(frame.rgb[inside], mask),
+        colours=_count_colours(
+            frame.rgb[inside], mask, None if up_world is None else pose[:3, :3].T @ up_world
+        ),
         base=base,
         support=support,
         distance=float(np.median(points[:, 2])) if len(points) else np.nan,
@@ -194,12 +200,25 @@ def _standing(
     return level + cluster.support_height, supports[nearest].name
 
 
-def _count_colours(rgb: npt.NDArray[np.uint8], mask: Mask) -> npt.NDArray[np.float32]:
-    """Return (600,) how many pixels of a mask have each colour, in Lab."""
+def _count_colours(
+    rgb: npt.NDArray[np.uint8], mask: Mask, up: Array | None
+) -> npt.NDArray[np.float32]:
+    """Return (300,) how many pixels of a mask have each hue, band by band from the top.
+
+    up: (3,) unit vector in the camera's frame; None = against the image's rows.
+    """
     lab = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2LAB)[mask].astype(np.float32)
     hues = np.clip((lab[:, 1:] - HUE_LOW) / (HUE_HIGH + 1 - HUE_LOW), 0, 0.999)
-    bins = (lab[:, 0] / 256 * COLOUR_BINS[0]).astype(np.int64)
-    for channel in range(2):
-        n_bins = COLOUR_BINS[channel + 1]
-        bins = bins * n_bins + (hues[:, channel] * n_bins).astype(np.int64)
-    return np.bincount(bins, minlength=N_COLOURS).astype(np.float32)
+    bins = (hues * N_HUES).astype(np.int64) @ np.array([N_HUES, 1])
+    counts = np.zeros((N_BANDS, N_HUES * N_HUES), np.float32)
+    across, down = (0.0, 1.0) if up is None else (-float(up[0]), -float(up[1]))
+    if np.hypot(across, down) < MIN_LEVEL:
+        counts[:] = np.bincount(bins, minlength=N_HUES * N_HUES) / N_BANDS
+        return counts.ravel()
+    v, u = np.nonzero(mask)
+    below = u * across + v * down
+    ends = np.quantile(below, np.arange(1, N_BANDS) / N_BANDS)
+    bands = np.searchsorted(ends, below)
+    for band in range(N_BANDS):
+        counts[band] = np.bincount(bins[bands == band], minlength=N_HUES * N_HUES)
+    return counts.ravel()

@@ -25,8 +25,7 @@ Array = npt.NDArray[Any]
 # round; things farther apart than this, metres, are not compared so.
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
 # Log-odds, fitted by logistic regression on the things of the drawn home 31: at first; for each
-# e-fold of height and length; for the distance of hues (0 = the same, 1 = none shared). Lightness
-# is left out: what is carried elsewhere stands in other light.
+# e-fold of height and length; for the distance of hues (0 = the same, 1 = none shared).
 FIRST, PER_HEIGHT, PER_LENGTH, PER_HUES = 5.0, -5.5, -1.5, -12.5
 # What stays is likelier than what moves; things are carried about in a room more than farther, and
 # seldom from a table to the floor: what stands less high than this, metres, is on the floor.
@@ -43,7 +42,7 @@ THIN = 0.03
 class Appearance:
     """What a thing is known again by.
 
-    centre: (3,) metres in the world. size: metres, width, length, height. colours: (600,) shares.
+    centre: (3,) metres in the world. size: metres, width, length, height. colours: (300,) shares.
     voxels: of its surface, see `voxels_of`. bottom: metres over the lowest thing of its visit.
     """
 
@@ -102,7 +101,9 @@ def _are_there(before: Sequence[Appearance], after: Sequence[Appearance], shifts
 
 
 def _hues(colours: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return (100,) the share of each hue, whatever its lightness."""
-    of_hues = colours.reshape(COLOUR_BINS).sum(axis=0)
-    hues: npt.NDArray[np.float64] = gaussian_filter(of_hues, BLUR, mode="nearest").ravel()
+    """Return (300,) the share of each hue, neighbours among it, in bands of height."""
+    blur = (0.0, BLUR, BLUR)
+    hues: npt.NDArray[np.float64] = gaussian_filter(
+        colours.reshape(COLOUR_BINS), blur, mode="nearest"
+    ).ravel()
     return hues

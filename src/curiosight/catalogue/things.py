@@ -72,7 +72,7 @@ class Thing:
 
     @cached_property
     def colours(self) -> npt.NDArray[np.float64]:
-        """(600,) the share of each colour, of all views together."""
+        """(300,) the share of each hue in bands of height, of all views together."""
         counts: npt.NDArray[np.float64] = np.sum([one.colours for _, one in self.seen], axis=0)
         shares: npt.NDArray[np.float64] = counts / max(counts.sum(), 1.0)
         return shares
