@@ -32,6 +32,16 @@ class Label(IntEnum):
     SALIENT = 255
 
 
+# As red, green, blue: told apart by lightness as well as by hue, so that no kind of colour vision
+# is needed.
+LABEL_COLOURS: dict[Label, tuple[int, int, int]] = {
+    Label.SALIENT: (0, 200, 140),
+    Label.NOT_SALIENT: (30, 70, 150),
+    Label.UNKNOWN: (150, 150, 150),
+    Label.UNAVAILABLE: (20, 20, 20),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Camera:
     """Intrinsics of a pinhole camera, in pixels.

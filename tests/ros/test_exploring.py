@@ -44,7 +44,7 @@ def test_explores_until_the_error_stops_falling_then_goes_home(graph: Graph) -> 
 
 
 def test_refused_and_failed_goals_are_left_alone(graph: Graph) -> None:
-    nav2 = graph.peer("fake_nav2", "--refuse-left-of", "3.0", "--fail-below", "2.0")
+    nav2 = graph.peer("fake_nav2", "--refuse-left-of", "3.0", "--fail-below", "3.0")
     _, caller = begun(graph, patience=100000, goal_spacing=1.5)
     assert caller.ask(do="explore", max_seconds=40.0, home=[5.0, 5.0])["accepted"]
     told = caller.ask(120, do="explored", seconds=120)

@@ -186,7 +186,7 @@ def _by_headings(
 def way_regions(metres: MetresFrom) -> Regions:
     """Put views together that are a short way apart, see `group_by_ways`."""
     of_view = group_by_ways(metres)
-    names = tuple(f"room {number}" for number in range(int(of_view.max()) + 1))
+    names = tuple(f"area {number}" for number in range(int(of_view.max()) + 1))
     return Regions(of_view, names, "auto")
 
 

@@ -59,8 +59,9 @@ class Places:
         self.place_of_spot: Numbers = np.empty(0, np.int64)
         self._axes: Array | None = None
         self._cell_numbers: dict[tuple[int, int], int] = {}
-        # Of each spot: its cell's number, NOWHERE without a pose; cells seen; views from there.
+        # Of each spot: number of its cell, NOWHERE without a pose; the cell; cells seen; views.
         self._cell_of_spot: Numbers = np.empty(0, np.int64)
+        self._xy_of_spot: Numbers = np.empty((0, 2), np.int64)
         self._sees: list[npt.NDArray[np.int64]] = []
         self._n_views: Numbers = np.empty(0, np.int64)
         self._looks = Looks()
@@ -151,7 +152,7 @@ class Places:
         placed = np.flatnonzero(self.place_of_spot != NOWHERE)
         here = placed[self._cell_of_spot[placed] == number] if number is not None else placed[:0]
         if not len(here) and number is not None:
-            here = placed[[number in self._sees[spot] for spot in placed]]
+            here = placed[np.isin(placed, self._seeing(number))]
         if not len(here):
             here = self._near(cell, placed)
         if not len(here):
@@ -178,7 +179,7 @@ class Places:
             return int(found[0])
         if len(self._sees) >= MAX_SPOTS:
             return self._nearest(cell)
-        return self._new_spot(self._cell_numbers.setdefault(cell, len(self._cell_numbers)))
+        return self._new_spot(self._cell_numbers.setdefault(cell, len(self._cell_numbers)), cell)
 
     def _nearest(self, cell: tuple[int, int]) -> int:
         """Return the spot nearest to a cell; some spot where none has a pose."""
@@ -189,8 +190,14 @@ class Places:
 
     def _distances(self, cell: tuple[int, int], posed: Numbers) -> Array:
         """Return (n,) how far some spots with a pose are from a cell, in cells."""
-        cells = np.array(list(self._cell_numbers))[self._cell_of_spot[posed]]
-        return np.hypot(*(cells - cell).T)  # type: ignore[no-any-return]
+        return np.hypot(*(self._xy_of_spot[posed] - cell).T)  # type: ignore[no-any-return]
+
+    def _seeing(self, number: int) -> Numbers:
+        """Return the spots that a cell is seen from."""
+        seen = np.concatenate([np.empty(0, np.int64), *self._sees])
+        ends = np.cumsum([len(cells) for cells in self._sees])
+        spots: Numbers = np.unique(np.searchsorted(ends, np.flatnonzero(seen == number), "right"))
+        return spots
 
     def _spot_that_looks_like(self, look: Look) -> int:
         """Return the spot of a view without a pose; a new one only while no view has a pose."""
@@ -202,8 +209,9 @@ class Places:
                 return int(self._spot_of_look[nearest])
         return self._new_spot(NOWHERE)
 
-    def _new_spot(self, cell: int) -> int:
-        self._cell_of_spot = np.append(self._cell_of_spot, cell)
+    def _new_spot(self, number: int, cell: tuple[int, int] = (0, 0)) -> int:
+        self._cell_of_spot = np.append(self._cell_of_spot, number)
+        self._xy_of_spot = np.append(self._xy_of_spot, [cell], axis=0)
         self._n_views = np.append(self._n_views, 0)
         self.place_of_spot = np.append(self.place_of_spot, NOWHERE)
         self._sees.append(np.empty(0, np.int64))
@@ -324,7 +332,16 @@ class Places:
         self._cell_numbers = {(int(x), int(y)): i for i, (x, y) in enumerate(known["cells"])}
         self.place_of_spot = known["of_spot"]
         self._cell_of_spot, self._n_views = known["cell_of_spot"], known["views"]
+        self._xy_of_spot = _xy_of(known["cells"], known["cell_of_spot"])
         self._sees = np.split(known["seen"], np.cumsum(known["n_seen"])[:-1]) if n_spots else []
         self._looks, self._spot_of_look = Looks(known["looks"]), known["spot_of_look"]
         self._located = None
         self._n_clustered = int(known["clustered"])
+
+
+def _xy_of(cells: Array, cell_of_spot: Numbers) -> Numbers:
+    """Return (n_spots, 2) the cell of each spot; 0, 0 of one without a pose."""
+    xy = np.zeros((len(cell_of_spot), 2), np.int64)
+    has_pose = cell_of_spot != NOWHERE
+    xy[has_pose] = cells[cell_of_spot[has_pose]]
+    return xy

@@ -8,27 +8,20 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label
+from curiosight.frame import LABEL_COLOURS
 
 Array = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float32]
 
 QUALITY = 80
 MOST_PX = 640
-# As reports have them: told apart by lightness as well as by hue.
-_COLOURS = {
-    Label.SALIENT: (0, 200, 140),
-    Label.NOT_SALIENT: (30, 70, 150),
-    Label.UNKNOWN: (150, 150, 150),
-    Label.UNAVAILABLE: (20, 20, 20),
-}
 _OPACITY = 0.6
 
 
 def draw_labels(rgb: Array, labels: Array) -> Array:
     """Tint an (H, W, 3) image by its (H, W) labels."""
     table = np.zeros((256, 3), np.uint8)
-    for label, colour in _COLOURS.items():
+    for label, colour in LABEL_COLOURS.items():
         table[label] = colour
     tinted: Array = cv2.addWeighted(rgb, 1 - _OPACITY, table[labels], _OPACITY, 0)
     return tinted

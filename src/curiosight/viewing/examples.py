@@ -14,10 +14,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from curiosight.frame import Label, Rgb
+from curiosight.frame import LABEL_COLOURS, Label, Rgb
 from curiosight.teacher import Segmentation
 from curiosight.viewing.overlays import (
-    LABEL_COLOURS,
     LABEL_NAMES,
     OUTLINE_COLOUR,
     Colour,

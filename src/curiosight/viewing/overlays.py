@@ -6,19 +6,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label, Rgb
+from curiosight.frame import LABEL_COLOURS, Label, Rgb
 from curiosight.teacher import Segmentation
 
 Colour = tuple[int, int, int]
 Image = npt.NDArray[np.uint8]
 
-# Told apart by lightness as well as by hue, so that no kind of colour vision is needed.
-LABEL_COLOURS: dict[Label, Colour] = {
-    Label.SALIENT: (0, 200, 140),
-    Label.NOT_SALIENT: (30, 70, 150),
-    Label.UNKNOWN: (150, 150, 150),
-    Label.UNAVAILABLE: (20, 20, 20),
-}
 OUTLINE_COLOUR: Colour = (255, 225, 60)
 LABEL_NAMES: dict[Label, str] = {
     Label.SALIENT: "salient",

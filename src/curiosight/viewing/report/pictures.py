@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Label, Rgb
+from curiosight.frame import LABEL_COLOURS, Label, Rgb
 from curiosight.teacher import Segmentation
 from curiosight.viewing.examples import Example
 from curiosight.viewing.overlays import (
-    LABEL_COLOURS,
     LABEL_NAMES,
     OUTLINE_COLOUR,
     Colour,
