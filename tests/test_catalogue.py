@@ -76,7 +76,7 @@ def test_views_of_a_thing_are_one_entry_with_its_place_and_size() -> None:
         assert np.allclose(entry.size_m[:2], 0.16, atol=0.075)
         assert abs(entry.T_world_centre[2, 3] - HIGH) < SIDE
         assert np.allclose(entry.T_world_centre[:3, 2], UP)
-        assert 0.8 < entry.confidence < 1
+        assert 0.85 < entry.confidence < 1
 
 
 def test_new_moved_gone_and_same_between_two_visits() -> None:

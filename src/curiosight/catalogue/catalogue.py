@@ -17,7 +17,7 @@ from curiosight.frame import Pose
 
 Change = Literal["new", "moved", "gone", "same"]
 # Which entries are shown: of those that are surer than this nine of ten are right.
-MIN_CONFIDENCE = 0.8
+MIN_CONFIDENCE = 0.85
 # Shares of a thing's surface: seen through where it stood, so that it is gone; seen where it now
 # is, so that it was there before, though nobody knew it for a thing.
 MIN_FREE, MIN_THERE = 0.5, 0.6

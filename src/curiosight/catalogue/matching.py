@@ -26,10 +26,10 @@ Array = npt.NDArray[Any]
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
 # Log-odds, fitted by logistic regression on the things of the drawn home 31: at first; for each
 # e-fold of height and length; for the distance of hues (0 = the same, 1 = none shared).
-FIRST, PER_HEIGHT, PER_LENGTH, PER_HUES = 5.0, -5.5, -1.5, -12.5
+FIRST, PER_HEIGHT, PER_LENGTH, PER_HUES = 4.9, -5.3, -1.8, -11.4
 # What stays is likelier than what moves; things are carried about in a room more than farther, and
 # seldom from a table to the floor: what stands less high than this, metres, is on the floor.
-SAME_BONUS, PER_METRE, ELSEWHERE, FAR, OTHER_LEVEL, LOW = 4.0, -0.15, -4.0, 6.0, -3.5, 0.2
+SAME_BONUS, PER_METRE, ELSEWHERE, FAR, OTHER_LEVEL, LOW = 4.0, -0.1, -3.9, 6.0, -3.0, 0.2
 # A pair that less speaks for is two things.
 MIN_ODDS = -3.0
 # Hues beside each other are alike: standard deviation in bins.

@@ -87,6 +87,10 @@ def objects(
     command = command_again("objects", [run, *sources], options_given)
     _write_page(cataloguing, command, summary, folder)
     talk.warn_of(cataloguing.problems, summary["frames"], "told nothing")
+    if not cataloguing.is_confirmed:
+        talk.warn("the model has not seen both objects and surroundings yet: depth alone told")
+    if not summary["objects"]:
+        talk.warn("nothing was found (see what `curiosight segment` makes of it, or --threshold)")
     talk.results("objects", _rows(summary, folder), {**summary, "out": str(folder.path)})
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
@@ -103,10 +107,9 @@ def _write_page(
     cataloguing: Cataloguing, command: list[str], summary: dict[str, Any], folder: OutputFolder
 ) -> None:
     entries = cataloguing.catalogue.entries
-    shown = {entry.id: cataloguing.pictures.get(id(entry.best.shown)) for entry in entries}
     report = CatalogueReport(
         entries,
-        {number: picture for number, picture in shown.items() if picture is not None},
+        {entry.id: cataloguing.picture_of(entry) for entry in entries},
         [visit.name for visit in cataloguing.catalogue.visits],
         " ".join(command),
         list(cataloguing.problems.sentences(summary["frames"], "told nothing")),

@@ -40,7 +40,7 @@ class Cataloguing:
 
     model: of a run; its maps confirm what depth leaves in doubt, and its places are named.
     every: look at each `every`-th frame.
-    catalogue: what is known so far; pictures: of each detection, by its id, (h, w, 3) uint8.
+    catalogue: what is known so far. is_confirmed: the model has learned, so that its maps count.
 
     Raises `DataError` for a recording without poses or depth.
     """
@@ -59,7 +59,8 @@ class Cataloguing:
         for dataset in datasets:
             _check_poses(dataset)
         self.catalogue = Catalogue(min_confidence=min_confidence)
-        self.pictures: dict[int, Rgb] = {}
+        # JPEG, of each detection by its id.
+        self._pictures: dict[int, bytes] = {}
         self.problems = Problems()
         self.n_frames = 0
         self._learner = SaliencyLearner.load(model)
@@ -103,7 +104,8 @@ class Cataloguing:
         if self._learner.is_trained:
             saliency = self._learner.saliency(frame.rgb, frame.T_world_camera)
         for shown in visit.add(frame, segmentation, saliency, self._place(frame)):
-            self.pictures[id(shown)] = _picture(frame.rgb, shown)
+            picture = cv2.cvtColor(_picture(frame.rgb, shown), cv2.COLOR_RGB2BGR)
+            self._pictures[id(shown)] = cv2.imencode(".jpg", picture)[1].tobytes()
 
     def _place(self, frame: Frame) -> int | None:
         """Return the number of the place that a frame was taken in; None where none is known."""
@@ -112,6 +114,16 @@ class Cataloguing:
             return None
         weights = places.locate(frame.T_world_camera, look_of(frame.rgb))
         return int(weights.argmax()) if weights.any() else None
+
+    @property
+    def is_confirmed(self) -> bool:
+        return self._learner.is_trained
+
+    def picture_of(self, entry: Entry) -> Rgb:
+        """Return (h, w, 3) uint8, an entry in the view that shows most of it, outlined."""
+        encoded = np.frombuffer(self._pictures[id(entry.best.shown)], np.uint8)
+        picture: Rgb = cv2.cvtColor(cv2.imdecode(encoded, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+        return picture
 
     def finish(self, out: OutputFolder) -> dict[str, Any]:
         """Write objects.json for the frames so far; return a summary, JSON-able."""

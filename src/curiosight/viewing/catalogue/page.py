@@ -24,7 +24,7 @@ CHANGES = ("new", "moved", "gone", "same")
 class CatalogueReport:
     """What a page shows.
 
-    pictures: of the entries, (h, w, 3) uint8, by their numbers; one may be missing.
+    pictures: of the entries, (h, w, 3) uint8, by their numbers; any may be missing.
     visits: names of the recordings, first to last. warnings: what a reader should know.
     """
 
