@@ -148,6 +148,13 @@ def test_a_view_in_which_two_things_are_one_joins_them_not() -> None:
     assert np.allclose(centres, (0.075, 0.285), atol=0.05)
 
 
+def test_of_a_long_visit_every_few_views_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("curiosight.catalogue.things.MAX_DETECTIONS", 5)
+    (thing,) = find_things([(view, blob(0.0, 0.15)) for view in range(20)])
+    assert sorted(thing.views) == [0, 4, 8, 12, 16]
+    assert find_things([]) == []
+
+
 def test_voxels_are_where_the_points_are_and_grow_by_one() -> None:
     points = np.array([[0.001, 0.001, 0.001], [0.002, 0.002, 0.002], [-5.0, 7.0, 0.4]])
     voxels = voxels_of(points)

@@ -19,6 +19,8 @@ Array = npt.NDArray[Any]
 
 # A map that says so of what depth leaves in doubt makes a thing of it.
 MIN_SALIENCY = 0.65
+# Of more detections, those of every few views are taken: pairs take time and room.
+MAX_DETECTIONS = 4000
 # From so many views on, surface that less than this share of them shows is a slip.
 MIN_VOTING, MIN_SHOWN = 4, 0.15
 # Two are one thing if each lies in the other by this share; or if one lies in the other by
@@ -113,9 +115,11 @@ def find_things(seen: Sequence[tuple[int, Detection]]) -> list[Thing]:
     """Return the things that views show, those that most views show first.
 
     seen: the number of a view and what it shows, of all views. What depth leaves in doubt
-    counts where the map says salient.
+    counts where the map says salient. Of more than `MAX_DETECTIONS` those of every few views count.
     """
-    certain = [(view, one) for view, one in seen if one.is_decided or one.saliency > MIN_SALIENCY]
+    certain = _thinned(
+        [(view, one) for view, one in seen if one.is_decided or one.saliency > MIN_SALIENCY]
+    )
     groups = group_detections([view for view, _ in certain], [one for _, one in certain])
     things = [Thing([certain[place] for place in group]) for group in groups]
     things.sort(key=lambda one: (-one.n_decided, -len(one.views), one.seen[0][0]))
@@ -127,6 +131,13 @@ def find_things(seen: Sequence[tuple[int, Detection]]) -> list[Thing]:
         else:
             kept[same] = Thing([*kept[same].seen, *thing.seen])
     return [thing for thing in kept if not (_is_part(thing, kept) or _is_several(thing, kept))]
+
+
+def _thinned(seen: list[tuple[int, Detection]]) -> list[tuple[int, Detection]]:
+    """Return what every few views show, so that it is not too much to be compared in pairs."""
+    views = sorted({view for view, _ in seen})
+    kept = set(views[:: -(-len(seen) // MAX_DETECTIONS) or 1])
+    return [(view, one) for view, one in seen if view in kept]
 
 
 def _are_one(known: Thing, other: Thing) -> bool:
