@@ -240,6 +240,40 @@ class Experts:
             forest.fit(rows[here], is_salient[here], spot_of_row[here])
         self.of_place = tuple(forests)
 
+    def take_in(self, others: Sequence[tuple[Experts, Numbers]], places: Places | None) -> None:
+        """Forget everything, then know what others know.
+
+        A place that one of them knows keeps its trees; where several know it, and everywhere,
+        trees are grown anew from the samples of all.
+
+        others: with each (n,) the spots here that its spots are. places: of these spots.
+        """
+        self.places = places
+        place_of_spot = np.zeros(1, np.int64) if places is None else places.place_of_spot
+        n_places = int(place_of_spot.max(initial=0)) + 1
+        self._place_of_spot = place_of_spot.copy()
+        self.of_place = ()
+        self._share_out(n_places)
+        of_places = [
+            _source(forest, spots)
+            for experts, spots in others
+            for forest in experts.of_place or (experts.common,)
+        ]
+        common = [_source(experts.common, spots) for experts, spots in others]
+        self.common.fit(*_joined(common if n_places > 1 else of_places))
+        self.of_place = tuple(
+            self._taken_in(of_places, place) for place in range(n_places if n_places > 1 else 0)
+        )
+
+    def _taken_in(self, sources: Sequence[Source], place: int) -> Forest:
+        """Return the forest of a place, of all that is known of it."""
+        here = [_part(one, self._place_of_spot[one[3]] == place) for one in sources]
+        if sum(len(rows) > 0 for _, rows, *_ in here) == 1:
+            return self._gather(sources, place)
+        forest = self._new_forest(int(self._place_of_spot.max()) + 1)
+        forest.fit(*_joined(here))
+        return forest
+
     def _arrange(self, place_of_spot: Numbers) -> None:
         """Let samples follow their spots to other places."""
         before = self._place_of_spot
@@ -351,3 +385,20 @@ def _origins(before: Numbers, after: Numbers) -> dict[int, int]:
 
 def _spot(places: Places, lesson: Lesson) -> int:
     return 0 if lesson.sight is None else places.add(lesson.sight)
+
+
+def _source(forest: Forest, spots: Numbers) -> Source:
+    """Return a forest with its samples; spots: (n,) what its groups are called elsewhere."""
+    return forest, forest.rows, forest.is_salient, spots[forest.groups].astype(np.int32)
+
+
+def _part(source: Source, here: Labels) -> Source:
+    """Return some samples of a source; here: (n,) which."""
+    forest, rows, is_salient, spots = source
+    return forest, rows[here], is_salient[here], spots[here]
+
+
+def _joined(sources: Iterable[Source]) -> tuple[Rows, Labels, npt.NDArray[np.int32]]:
+    """Return the samples of all sources, one after the other."""
+    _, rows, is_salient, spots = zip(*sources, strict=True)
+    return np.concatenate(rows), np.concatenate(is_salient), np.concatenate(spots)
