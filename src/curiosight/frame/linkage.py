@@ -12,11 +12,12 @@ Ints = npt.NDArray[np.int64]
 class AverageLinkage:
     """The tree in which those groups are joined first whose members are nearest on average.
 
-    distances: (n, n) symmetric, n at least 2; what stands on the diagonal does not matter.
+    distances: (n, n) symmetric, n at least 2; what stands on the diagonal does not matter. They are
+        used up.
     """
 
-    def __init__(self, distances: npt.ArrayLike) -> None:
-        matrix = np.array(distances, np.float64)
+    def __init__(self, distances: Floats) -> None:
+        matrix = distances
         n = len(matrix)
         if n < 2 or matrix.shape != (n, n):
             raise ValueError(f"distances: expected (n, n), n at least 2, got {matrix.shape}")

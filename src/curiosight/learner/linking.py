@@ -25,7 +25,7 @@ def join_linked(links: Array, least: float, max_groups: int) -> Numbers:
     """
     if len(links) < 2:
         return np.zeros(len(links), np.int64)
-    tree = AverageLinkage(1 - links)
+    tree = AverageLinkage(np.subtract(1, links, dtype=np.float64))
     groups = tree.within(1 - least)
     return groups if groups.max() < max_groups else tree.at_most(max_groups)
 
@@ -41,10 +41,13 @@ def seen_by_each_other(
     seen = np.zeros((len(sees), n_cells), np.float32)
     for spot, cells in enumerate(sees):
         seen[spot, cells] = 1
-    both, size = seen @ seen.T, seen.sum(axis=1)
-    shared = both / np.maximum(size[:, None] + size - both, 1)
+    links, size = seen @ seen.T, seen.sum(axis=1)
+    # In place: of 2000 spots each such matrix is 16 MB.
+    for spot, both in enumerate(links):
+        both /= np.maximum(size[spot] + size - both, 1)
     direct = seen[:, cell_of_spot]
-    links: Array = np.maximum(shared, np.maximum(direct, direct.T)).astype(np.float64)
+    np.maximum(links, direct, out=links)
+    np.maximum(links, direct.T, out=links)
     return links
 
 
