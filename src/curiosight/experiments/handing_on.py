@@ -13,7 +13,6 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
@@ -236,10 +235,10 @@ def _nearest(views: Array, among: Array) -> Array:
     posed = np.flatnonzero(np.isfinite(among).all(axis=1))
     found = np.full(len(views), -1)
     asked = np.flatnonzero(np.isfinite(views).all(axis=1))
-    if len(posed) and len(asked):
-        apart, place_of = cKDTree(among[posed]).query(views[asked])
-        is_near = apart <= MAX_APART
-        found[asked[is_near]] = posed[place_of[is_near]]
+    for view in asked if len(posed) else ():
+        apart = np.linalg.norm(among[posed] - views[view], axis=1)
+        if apart.min() <= MAX_APART:
+            found[view] = posed[apart.argmin()]
     return found
 
 
