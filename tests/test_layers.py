@@ -17,7 +17,7 @@ ROWS = (
     {"teacher"},
     {"learner"},
     {"explorer", "worlds"},
-    {"evaluation", "explore", "config", "robot"},
+    {"evaluation", "explore", "config", "robot", "catalogue"},
     {"experiments", "viewing"},
     {"cli", "gym"},
     {"__main__"},
@@ -36,8 +36,8 @@ STAIRS = (
 )
 STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 # The Gymnasium environments are a room of their own, and look into three others; the robot's is
-# one, too, and looks into six.
-MAX_ROOMS, MAX_ARROWS = 19 + 1 + 1, 85 + 3 + 6
+# one, too, and looks into six; the catalogue looks into two, and four look into it.
+MAX_ROOMS, MAX_ARROWS = 19 + 1 + 1 + 1, 85 + 3 + 6 + 6
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
 OPTIONAL |= {"matplotlib", "scipy", "PIL"}
 OPTIONAL |= {"lz4", "backports", "mcap", "pyrealsense2", "depthai", "av", "lzfse", "liblzfse"}

@@ -26,12 +26,15 @@ COMMANDS = {
     "learn": "Learn a whole recording at once: the off-line model, the least error to expect.",
     "continual": "Learn places one after the other: how well each is known after each, what is "
     "forgotten.",
+    "merge": "Merge the models of robots in the same home: each knows then what all have seen.",
     "map": "Find objects in colour images with a learned model: <id>.png, 255 = surely salient.",
     "saliency": "Write the maps of a baseline, equal to its original: <id>.png, 255 = most "
     "salient.",
     "evaluate": "Score saliency against ground truth, or against the teacher where there is none.",
     "segment": "Segment depth: objects on supports (salient), supports and walls (not), the rest "
     "unknown.",
+    "objects": "List what is there: each thing once; since the last visit what is new, moved or "
+    "gone.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
     "export": "Write a recording for others, as an RL-IAC folder or a ROS bag; or a run's model.",
     "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",

@@ -14,6 +14,7 @@ from curiosight.cli.explore_run import reopened, tell_run
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
+    tell_alarms,
     tell_lessons,
     tell_places,
     tell_samples,
@@ -291,6 +292,10 @@ def _rows(summary: dict[str, Any], times: dict[str, Any], folder: OutputFolder) 
         "samples": tell_samples(summary["samples"], summary["places"]),
         **tell_places(summary["places"]),
     }
+    if (left := summary["forgetting"]) is not None:
+        rows["forgetting (F1)"] = left["forgetting"]
+    if summary["n_alarms"]:
+        rows["places that changed"] = tell_alarms(summary["alarms"], summary["n_alarms"])
     if summary["metres"] or summary["degrees"]:  # neither is known without poses
         rows["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees"
     for stage, spent in times["stages"].items():

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from curiosight.cli.interrupt import CtrlC
-from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_alarms, tell_lessons
 from curiosight.cli.resume import go_on_with, open_watch, read_summary
 from curiosight.cli.talk import Talk, count
 from curiosight.cli.watch_sinks import SinksAsked, SinkTrouble, recorded
@@ -214,9 +214,13 @@ def _tell_keeping(talk: Talk, keeper: WatchKeeper) -> None:
 
 def _follow(talk: Talk, run: Watching, seconds: float | None, ctrl_c: CtrlC) -> None:
     """Run to the end, with a line now and then."""
-    told_at, trouble = 0.0, SinkTrouble(talk, run.recorders)
+    told_at, trouble, last = 0.0, SinkTrouble(talk, run.recorders), -1
     for passed_s in run.run(seconds, lambda: not ctrl_c.is_pressed):
         trouble.tell()
+        for event in run.watch.events:
+            if event.look > last:
+                talk.note(event.sentence)
+                last = event.look
         if passed_s - told_at < LINE_EVERY_S:
             continue
         told_at = passed_s
@@ -239,6 +243,7 @@ def _rows(run: Watching, summary: dict[str, Any], folder: OutputFolder) -> dict[
         "age of a map (ms)": None if p50 is None else f"{p50}, p99 {p99}",
         "looks": summary["looks"],
         "frames not compared": summary["dropped"],
+        **({"places that changed": tell_alarms(alarms)} if (alarms := summary["alarms"]) else {}),
         **recorded(run.recorders),
         "written to": folder.path,
     }

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
+from curiosight.datasets.places import known_places
 from curiosight.errors import DataError
 from curiosight.experiments.command_file import COMMAND, GivenCommand
 from curiosight.experiments.components import (
@@ -49,6 +50,7 @@ from curiosight.explorer.strategies import check_loadable, make_strategy
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
+from curiosight.learner.experts import Change
 from curiosight.teacher import Segmentation, TemporalTeacher
 from curiosight.worlds.travel import travel_seconds
 
@@ -114,6 +116,9 @@ class Exploration:
         self.tests = ExplorationTests(
             config, dataset, self.learner, self.teacher, reachable, test_source
         )
+        # Tests of a home that changes are of two homes.
+        changes = self.tests.n_before_change is not None
+        self._place_of_view = None if changes else known_places(dataset)
         self._graph_ways = graph_ways(self.regions, dataset.poses)
         self.world = make_world(
             config, dataset, self.regions, self.tests.training, self._graph_ways
@@ -400,7 +405,24 @@ class Exploration:
             degrees=so_far.odometer.degrees,
             overall_error=self.tests.held_out.overall_error(observation.change),
         )
+        self._note_place(step)
         return so_far.last
+
+    def _note_place(self, step: Step) -> None:
+        """Keep how well all places are known once the run has left one that it has learned."""
+        if self._place_of_view is None or self.tests.places is None:
+            return
+        left, forgetting = self.so_far.forgetting.here, self.so_far.forgetting
+        if forgetting.is_left(self._place_of_view[step.viewpoint.index]) and left is not None:
+            errors = self.tests.held_out.errors(Change({}))
+            forgetting.add(left, errors, self.tests.places)
+
+    def _forgetting(self) -> dict[str, Any] | None:
+        """Return what is left of each place; None where they are not known, or only one."""
+        if self._place_of_view is None or self.tests.places is None or not self.so_far.n_steps:
+            return None
+        errors = self.tests.held_out.errors(Change({}))
+        return self.so_far.forgetting.summary(errors, self.tests.places)
 
     def summary(self) -> dict[str, Any]:
         """Return what has been done so far, JSON-able; without what the clock told."""
@@ -426,6 +448,9 @@ class Exploration:
             "test_frames": self.tests.held_out.n_frames,
             "samples": last.samples if last else 0,
             "places": self.learner.experts.n_views(),
+            "forgetting": self._forgetting(),
+            "n_alarms": self.so_far.n_alarms,
+            "alarms": [event.summary() for event in self.so_far.events],
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),

@@ -237,8 +237,9 @@ def _nearest(views: Array, among: Array) -> Array:
     asked = np.flatnonzero(np.isfinite(views).all(axis=1))
     for view in asked if len(posed) else ():
         apart = np.linalg.norm(among[posed] - views[view], axis=1)
-        if apart.min() <= MAX_APART:
-            found[view] = posed[apart.argmin()]
+        nearest = int(apart.argmin())
+        if apart[nearest] <= MAX_APART:
+            found[view] = posed[nearest]
     return found
 
 

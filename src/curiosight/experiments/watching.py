@@ -248,6 +248,7 @@ class Watching:
             "regions": self.advice.regions(),
             "goal": self.advice.goal,
             "why": self.advice.why(),
+            "alarms": [event.summary() for event in watch.events],
             "recorded": {one.sink.name: one.counts() for one in self.recorders},
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary() if self.asked.is_learning else None,

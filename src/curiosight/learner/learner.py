@@ -36,6 +36,7 @@ from curiosight.learner.features import (
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.fusing import PRIOR, fuse, is_seen
+from curiosight.learner.glance import Glance
 from curiosight.learner.lesson import Drawn, Lesson, Taught, Visit
 from curiosight.learner.looks import look_of
 from curiosight.learner.maps import Cameras, Maps
@@ -389,7 +390,8 @@ class SaliencyLearner:
         """Return what tells the place of a frame; None where places are not told apart."""
         if description.look is None:
             return None
-        return Sight.of(frame, description.look, up_in_world(frame, segmentation))
+        up, glance = up_in_world(frame, segmentation), Glance.of(frame, segmentation.labels)
+        return Sight.of(frame, description.look, up, glance)
 
     def fit(self, lessons: Sequence[Lesson]) -> None:
         """Forget everything, then learn from views at once: the off-line model.

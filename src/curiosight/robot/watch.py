@@ -12,6 +12,7 @@ from typing import Any
 
 from curiosight.explorer.outcome import Outcome, Seen
 from curiosight.learner.description import Saliency, fit_labels, sight_of
+from curiosight.learner.drift import Alarm, Event
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.lesson import Taught
 from curiosight.learner.observation import Teaches
@@ -24,6 +25,8 @@ from curiosight.teacher import TemporalTeacher
 
 # Threads look so often whether they are to end.
 TICK_S = 0.1
+# So many of the last alarms are remembered.
+N_EVENTS = 20
 # What teaches and learns gives way to what maps: steps of niceness, where the system knows them.
 NICER = 5
 
@@ -42,7 +45,8 @@ class Look:
     """A frame that was compared with what its teacher says. number: from 0; error: eq. (1).
 
     seconds: since the first map. n_regrown: trees; 0 where nothing was learned. outcome: what a
-    strategy hears of it. taught: see `Observation`; None where nothing was to be learned.
+    strategy hears of it. taught: see `Observation`; None where nothing was to be learned. alarm:
+    its place is no longer what was learned of it.
     """
 
     number: int
@@ -52,6 +56,7 @@ class Look:
     n_regrown: int
     outcome: Outcome = field(default_factory=Outcome)
     taught: Taught | None = None
+    alarm: Alarm | None = None
 
 
 class Watch:
@@ -100,6 +105,8 @@ class Watch:
         self._learned_at: float | None = clock() if learner.is_trained else None
         self.is_paused = self.is_frozen = False
         self.failure: BaseException | None = None
+        # The last alarms; replaced as a whole, for others read it.
+        self.events: tuple[Event, ...] = ()
         self._is_over = threading.Event()
         # Held while the model changes, by learning or by who reads all of it; and so is the other
         # while the teacher's memory may.
@@ -238,15 +245,18 @@ class Watch:
         if self.is_learning and not self.is_frozen:
             with self.learning, self._told.says(verdict):
                 observation = self.learner.observe(frame)
-            n_regrown, taught = observation.change.n_regrown, observation.taught
+            change, taught = observation.change, observation.taught
+            n_regrown, alarm = change.n_regrown, change.alarm
             outcome = Outcome.of(observation, 0.0)
             self.lessons.note()
             if n_regrown:
                 self._learned_at = self._clock()
         else:
-            n_regrown, taught, outcome = 0, None, self._compare(verdict)
-        seconds = self.seconds() or 0.0
-        look = Look(self.looks.n, seconds, verdict, outcome.error, n_regrown, outcome, taught)
+            n_regrown, taught, alarm, outcome = 0, None, None, self._compare(verdict)
+        seconds, n = self.seconds() or 0.0, self.looks.n
+        look = Look(n, seconds, verdict, outcome.error, n_regrown, outcome, taught, alarm)
+        if alarm is not None:
+            self.events = (*self.events, Event(look.number, frame.id, alarm))[-N_EVENTS:]
         self.looks.note()
         if self.advice is not None:
             self.advice.look(verdict.shot.index, outcome, look.seconds)

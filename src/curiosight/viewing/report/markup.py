@@ -13,7 +13,7 @@ Attributes = Mapping[str, str | float]
 Points = npt.NDArray[np.floating[Any]]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-_VOID = {"img", "meta"}  # have no content and no end tag
+_VOID = {"img", "input", "meta"}  # have no content and no end tag
 
 
 class Markup(str):

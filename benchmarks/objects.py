@@ -1,0 +1,120 @@
+"""How right a catalogue of a drawn home is, and what it says is new, moved or gone.
+
+    python benchmarks/objects.py --seeds 31 33 --views 60 --cache FOLDER
+
+Two visits: the home as it is, and with `rearrange=1`, each of so many views a room, with a model
+that learned off-line from the first. An entry is right if its centre lies within 15 cm of a truth
+object's, one to one; of new, moved and gone, within 15 cm of one that became that. Truth objects
+are those that at least two views of a visit show with 400 pixels: see `objects_truth.py`. Figures
+are kept in results/objects.json. Developed on home 31 alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from objects_truth import read_truth, recorded_visit, true_changes
+from scipy.optimize import linear_sum_assignment
+
+from curiosight.catalogue import Catalogue, Entry
+from curiosight.config import load_config
+from curiosight.experiments.cataloguing import Cataloguing
+from curiosight.experiments.learning import OffLine
+from curiosight.frame import Pose
+from curiosight.worlds.sources import open_source
+
+RESULTS = Path(__file__).parent / "results" / "objects.json"
+MAX_AWAY = 0.15
+CHANGES = ("new", "moved", "gone")
+Counts = tuple[int, int, int]  # right, said, true
+
+
+def count_right(said: Sequence[Pose], true: Sequence[Sequence[float]]) -> Counts:
+    """Return how many centres are right, one to one, of how many said and how many true."""
+    if not said or not true:
+        return 0, len(said), len(true)
+    centres = np.stack([pose[:3, 3] for pose in said])
+    away = np.linalg.norm(centres[:, None] - np.asarray(true)[None], axis=2)
+    pairs = linear_sum_assignment(np.where(away < MAX_AWAY, away, 10.0))
+    return int(np.count_nonzero(away[pairs] < MAX_AWAY)), len(said), len(true)
+
+
+def figures(counts: Sequence[Counts]) -> dict[str, Any]:
+    """Return precision and recall of counts together."""
+    right, said, true = np.sum(counts, axis=0).tolist()
+    return {
+        "precision": round(right / max(1, said), 4),
+        "recall": round(right / max(1, true), 4),
+        "right": right,
+        "said": said,
+        "true": true,
+    }
+
+
+def score(first: Sequence[Entry], last: Sequence[Entry], folders: Sequence[Path]) -> dict[str, Any]:
+    """Return figures of the entries after the first visit and after the second."""
+    before, after = (read_truth(folder) for folder in folders)
+    now, gone = true_changes(before, after)
+    found = [one for one in last if one.seen[-1].visit == 1]
+    counts = {
+        "before": count_right([one.T_world_centre for one in first], [t.centre for t in before]),
+        "after": count_right([one.T_world_centre for one in found], [t.centre for t in after]),
+    }
+    for change in CHANGES:
+        true = gone if change == "gone" else [thing for thing, what in now if what == change]
+        said = [one.T_world_centre for one in last if one.change == change]
+        counts[change] = count_right(said, [thing.centre for thing in true])
+    return {
+        "entries": figures([counts["before"], counts["after"]]),
+        "changes": figures([counts[change] for change in CHANGES]),
+    } | {name: figures([of]) for name, of in counts.items()}
+
+
+def learned(folder: Path) -> Path:
+    """Return the file of a model that learned off-line from a recording; kept beside it."""
+    path = folder / "model.npz"
+    if not path.exists():
+        off_line = OffLine(load_config(), open_source(folder))
+        for _ in off_line:
+            pass
+        off_line.fit().save(path)
+    return path
+
+
+def catalogued(folders: Sequence[Path], model: Path) -> tuple[list[Entry], Catalogue]:
+    """Return the entries after the first visit, and the catalogue after both."""
+    settings = load_config(overrides={"segmentation.stride": 1})
+    datasets = [open_source(folder) for folder in folders]
+    cataloguing = Cataloguing(settings, model, datasets)
+    first: list[Entry] = []
+    for _ in cataloguing:
+        if len(cataloguing.catalogue.visits) == 1 and not first:
+            first = [replace(entry) for entry in cataloguing.catalogue.entries]
+    return first, cataloguing.catalogue
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--seeds", type=int, nargs="+", required=True, help="of homes")
+    parser.add_argument("--views", type=int, default=60, help="of a room, at each visit")
+    parser.add_argument("--cache", type=Path, required=True, help="folder for recordings")
+    arguments = parser.parse_args()
+    kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    for seed in arguments.seeds:
+        source = f"home:{seed},views={arguments.views}"
+        sources = (source, f"{source},rearrange=1")
+        folders = [recorded_visit(one, arguments.cache / one.replace(":", "-")) for one in sources]
+        first, catalogue = catalogued(folders, learned(folders[0]))
+        kept[source] = score(first, catalogue.entries, folders)
+        print(source, json.dumps(kept[source]), flush=True)
+        RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
