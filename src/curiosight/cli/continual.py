@@ -96,7 +96,7 @@ def continual(
             for number, _ in ctrl_c.until_pressed(run):
                 shown.advance(episodes[number].name)
     summary = run.summary()
-    _write(folder, run)
+    _write(folder, run, has_figures=talk.can_draw())
     folder.write_json("summary.json", summary)
     talk.warn_of(run.problems, summary["looks"], "taught nothing")
     tell_lessons(talk, run.lessons, has_learned=run.learner.is_trained)
@@ -108,13 +108,13 @@ def continual(
         raise typer.Exit(LEARNED_NOTHING_STATUS)
 
 
-def _write(folder: OutputFolder, run: Continual) -> None:
+def _write(folder: OutputFolder, run: Continual, *, has_figures: bool) -> None:
     names = [episode.name for episode in run.episodes]
     table = TableFile(folder.file(QUALITIES), ["after", *names])
     for name, row in zip(names, run.qualities.tolist(), strict=True):
         table.add({"after": name} | dict(zip(names, (_or_none(q) for q in row), strict=True)))
     table.close()
-    for figure in FIGURES:
+    for figure in FIGURES if has_figures else ():
         draw_qualities(run.qualities, names, folder.file(figure))
     alarms = TableFile(folder.file(ALARMS), ALARM_COLUMNS)
     for alarm in run.alarms:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from curiosight.experiments.forgetting import Forgetting
+from curiosight.experiments.handing_on import RecentLooks
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.steps import StepRow
 from curiosight.explore import Step
@@ -35,6 +36,7 @@ class SoFar:
     problems: Problems = field(default_factory=Problems)
     lessons: Lessons = field(default_factory=Lessons)
     odometer: Odometer = field(default_factory=Odometer)
+    looks: RecentLooks = field(default_factory=RecentLooks)
 
     def add(self, step: Step) -> None:
         """Count what a step showed and taught, and what was wrong with its frame."""
@@ -48,3 +50,5 @@ class SoFar:
             if len(self.events) < MAX_EVENTS:
                 self.events.append(Event(step.index, observation.frame.id, alarm))
         self.odometer.add(step.viewpoint.T_world_camera)
+        has_changed = observation.change.has_drifted
+        self.looks.add(step.viewpoint.index, observation.error, has_changed=has_changed)
