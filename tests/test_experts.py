@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from curiosight.learner.drift import Drift
-from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts
+from curiosight.learner.experts import COMMON, MIN_VIEWS, Experts, _origins
 from curiosight.learner.forest import Forest
 from curiosight.learner.lesson import Lesson
 from curiosight.learner.looks import LOOK_SIZE
 from curiosight.learner.places import Places
+from curiosight.learner.scenery import Signs
 from curiosight.learner.sight import Sight
+from curiosight.learner.staleness import Staleness
 
 N_FEATURES, N_SAMPLES = 4, 300
 FAR = 30.0  # metres between two rooms
@@ -159,29 +160,55 @@ def test_the_same_seed_learns_the_same() -> None:
 
 
 def test_what_a_place_was_leaves_first_once_it_has_changed() -> None:
-    experts = make_experts(max_samples=20_000)
-    for look in range(40):
+    experts = make_experts(max_samples=80_000)
+    for look in range(160):
         teach(experts, look % 2, look)
     old = experts.of_place[0].n_samples
-    drifted = []
-    for look in range(100, 112):
-        spot = experts.note(sight(0, look))
+    other = experts.of_place[1].state_arrays()
+    alarms, n_regrown = [], []
+    for look in range(200, 218):
+        spot = experts.note(sight(0, look % 100))
         rows, is_salient = samples(0, look)
-        drifted.append(experts.update(rows, ~is_salient, spot, 0.95).has_drifted)
-    assert sum(drifted) == 1
-    n_after = len(drifted) - drifted.index(True)
-    assert experts.of_place[0].n_samples <= old + (12 - n_after) * N_SAMPLES - n_after * N_SAMPLES
-    for look in range(112, 130):
-        spot = experts.note(sight(0, look))
+        change = experts.update(rows, ~is_salient, spot, 0.95)
+        alarms.append(change.alarm)
+        n_regrown.append(len(change.trees[0]))
+    (alarm,) = filter(None, alarms)
+    assert (alarm.place, alarm.cause) == (0, "errors")
+    assert alarm.was < 0.3
+    assert alarm.now == pytest.approx(0.95)
+    assert alarm.reason == f"new things: errors are 0.95, usually {alarm.was:.2f}"
+    n_after = len(alarms) - alarms.index(alarm)
+    # Two of six trees a look, and then as many again, which may be the same.
+    assert set(n_regrown[:-n_after]) == {2}
+    assert max(n_regrown[-n_after:]) == 4
+    assert experts.of_place[0].n_samples == old + (18 - 2 * n_after) * N_SAMPLES
+    # Nothing else forgets or regrows.
+    for name, array in experts.of_place[1].state_arrays().items():
+        np.testing.assert_array_equal(array, other[name])
+    for look in range(218, 300):
+        spot = experts.note(sight(0, look % 100))
         rows, is_salient = samples(0, look)
         experts.update(rows, ~is_salient, spot, 0.3)
     assert share_right(experts, 0) < 0.1
     assert share_right(experts, 1) > 0.95
 
 
+def test_what_is_known_of_changes_follows_its_views() -> None:
+    staleness = Staleness()
+    for place in range(3):
+        for look in range(place + 1):
+            staleness.note(place, Signs(gone=0.1 * look), None)
+    origins = _origins(np.array([0, 0, 1, 1, 1, 2]), np.array([1, 1, 0, 0, 3, 2, 2, 4]))
+    assert origins == {1: 0, 0: 1, 3: 1, 2: 2}
+    staleness.move(origins)
+    n_known = {place: len(one.rises["gone"].known) for place, one in staleness.drifts.items()}
+    assert n_known == {1: 1, 0: 2, 3: 2, 2: 3}
+    assert staleness.drifts[0] is not staleness.drifts[3]
+
+
 def test_what_was_never_seen_is_no_drift() -> None:
     experts = make_experts()
-    for look in range(40):
+    for look in range(160):
         teach(experts, look % 2, look)
 
     def walk() -> list[bool]:
@@ -192,18 +219,9 @@ def test_what_was_never_seen_is_no_drift() -> None:
             assert view.T_world_camera is not None
             view.T_world_camera[:3, 3] = 2.25 + 0.5 * (step % 4), 0.25 + 0.5 * (step // 4), 1
             spot = experts.note(view)
-            drifted.append(experts.update(*samples(0, step), spot, 0.95).has_drifted)
+            change = experts.update(*samples(0, step), spot, 0.95)
+            drifted.append(change.has_drifted)
         return drifted
 
     assert not any(walk())
-    assert any(walk())
-
-
-def test_a_drift_is_a_rise_that_stays() -> None:
-    chance = np.random.default_rng(0)
-    drift = Drift()
-    errors = np.clip(chance.normal(0.35, 0.25, 2000), 0, 1)
-    assert not any(drift.add(float(error)) for error in errors)
-    higher = np.clip(chance.normal(0.7, 0.25, 30), 0, 1)
-    assert any(drift.add(float(error)) for error in higher)
-    assert (drift.n, drift.excess) != (2030, 0)
+    assert any(walk() + walk())

@@ -39,6 +39,7 @@ STAIR_OF = {part: row for row, parts in enumerate(STAIRS) for part in parts}
 # one, too, and looks into six; the catalogue looks into two, and four look into it.
 MAX_ROOMS, MAX_ARROWS = 19 + 1 + 1 + 1, 85 + 3 + 6 + 6
 OPTIONAL = {"sklearn", "onnxruntime", "rembg", "rerun", "ray", "gymnasium", "rclpy", "rosbags"}
+OPTIONAL |= {"matplotlib", "scipy", "PIL"}
 OPTIONAL |= {"lz4", "backports", "mcap", "pyrealsense2", "depthai", "av", "lzfse", "liblzfse"}
 
 # What others' base classes make of ours; only who uses them imports these.
@@ -70,10 +71,12 @@ def imported(nodes: Iterator[ast.AST], module: Path) -> set[str]:
 
 
 def run_at_import(tree: ast.AST) -> Iterator[ast.AST]:
-    """Walk a module without the bodies of its functions."""
+    """Walk a module without the bodies of its functions, and what only type checkers read."""
     yield tree
     for child in ast.iter_child_nodes(tree):
-        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+        is_for_types = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+        is_body = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        if not is_body and not is_for_types:
             yield from run_at_import(child)
 
 

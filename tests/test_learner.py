@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -17,6 +18,7 @@ from curiosight.learner.experts import COMMON
 from curiosight.learner.features import N_FEATURES, RowsPer
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.places import Places
 from curiosight.metrics import f1_error
 from curiosight.teacher import Segmentation, Teacher
 from pictures import RedThings, make_learner, picture, taught
@@ -224,3 +226,28 @@ def test_where_depth_is_blind_a_share_is_taken_for_not_salient(share: float) -> 
     assert np.count_nonzero(~is_salient) == 100 * share
     labels[:100] = Label.UNKNOWN
     assert len(learner.sample(description, labels)[0]) == 0  # nothing is known of this frame
+
+
+@pytest.mark.parametrize("is_shared", [True, False])
+def test_another_learner_that_is_taught_the_same_is_the_same(
+    is_shared: bool, tmp_path: Path
+) -> None:
+    """By what was drawn of frames alone, without seeing them: to the byte, and so is chance."""
+    learners = []
+    for _ in range(2):
+        forest = None
+        if not is_shared:
+            forest = Forest(n_features=N_FEATURES, n_trees=8, max_samples=2500, seed=5)
+        learners.append(
+            make_learner(seed=1, forest=forest, places=Places(), is_calibrated=True, n_pixels=500)
+        )
+    seeing, told = learners
+    for number in range(12):
+        observation = seeing.observe(picture(number))
+        assert told.learn_again(observation.taught) == observation.change
+    for name, learner in zip("ab", learners, strict=True):
+        learner.save(tmp_path / name)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    assert np.array_equal(seeing.saliency(picture(20).rgb), told.saliency(picture(20).rgb))
+    assert seeing.rng.random() == told.rng.random()
+    assert seeing.forest.rng.random() == told.forest.rng.random()

@@ -14,7 +14,10 @@ from recordings import write_folder
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMANDS = "compare|demo|info|segment|explore|learn|map|evaluate|render"
+COMMANDS = (
+    "bench|compare|continual|demo|evaluate|explore|export|figures|info|learn|map|propose|render|"
+    "report|ros|saliency|score-teacher|segment|watch"
+)
 
 
 def block(language: str) -> str:
@@ -52,3 +55,40 @@ def test_commands_and_options_that_are_named_exist(path: Path, capsys) -> None:
 def test_files_that_are_linked_exist(path: Path) -> None:
     for link in re.findall(r"\]\(([^)#]+)\)", path.read_text("utf-8")):
         assert link.startswith("http") or (path.parent / link).exists(), link
+
+
+def test_milliseconds_are_those_of_the_benchmarks() -> None:
+    benchmarks = (ROOT / "benchmarks/README.md").read_text("utf-8")
+    for told, stage in (
+        ("segment a frame", "segment"),
+        ("RGB →", "RGB → map"),
+        ("learn a", "learn"),
+    ):
+        (ours,) = re.findall(rf"^\| {told}.*?\*\*([\d.]+) ms\*\*", README, re.MULTILINE)
+        (measured,) = re.findall(rf"^\| {stage} \| ([\d.]+) \|", benchmarks, re.MULTILINE)
+        assert ours == measured, stage
+    paper = re.findall(
+        r"^\| (?:segment a|RGB →|learn a).*?\| (\d+) ms \| \*\*", README, re.MULTILINE
+    )
+    stages = re.search(
+        r"`paper`, an earlier build.*?segment (\d+).*?learn (\d+),\s+map (\d+)",
+        benchmarks,
+        re.DOTALL,
+    )
+    assert stages is not None
+    assert paper == [stages[1], stages[3], stages[2]]
+
+
+def test_tables_that_stand_twice_are_the_same() -> None:
+    benchmarks = (ROOT / "benchmarks/README.md").read_text("utf-8")
+    rows = re.findall(r"^\| `[\w:-]+`: (?:seconds|looks) \|.*$", README, re.MULTILINE)
+    assert len(rows) == 6
+    for row in rows:
+        assert row in benchmarks
+
+
+def test_installed_size_is_told_alike() -> None:
+    (said,) = re.findall(r"`pip install curiosight` takes (\d+) MB", README)
+    install = (ROOT / "docs/install.md").read_text("utf-8")
+    assert f"| **{said}** |" in install
+    assert int(said) <= 550

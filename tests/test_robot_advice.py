@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from functools import partial
 
@@ -126,6 +127,40 @@ def test_pinned_region_is_the_goal_until_it_is_unpinned() -> None:
     assert advice.pinned is None
     with pytest.raises(ValueError, match="region: expected one of 0, 1, 2, got 7"):
         advice.pin(7)
+
+
+def test_advice_that_is_taken_up_goes_on_as_the_other() -> None:
+    """By its state, and then by looks that are told again, with what was pinned meanwhile."""
+    drives = Drive(len(VIEWS)), Drive(len(VIEWS))
+    one = Advice(partial(named, "iac"), VIEWS, NAMES, drive=drives[0])
+    other = Advice(partial(named, "iac"), VIEWS, NAMES, drive=drives[1])
+    again: list[tuple[int, Outcome, float, int | None]] = []
+    for number in range(90):
+        if number in (40, 60, 70):
+            one.pin({40: 1, 60: 2, 70: None}[number])
+        index = next(drives[0])
+        outcome = Outcome(1 / (1 + number % 7))
+        one.look(index, outcome, float(number))
+        if number == 30:
+            other.take_up(copy.deepcopy(one.state()))
+        if number > 30:
+            again.append((index, outcome, float(number), one.pinned_then))
+    assert drives[1].goal is not None
+    for index, outcome, seconds, pinned in again:
+        other.look_again(index, outcome, seconds, pinned)
+    assert other.regions() == one.regions()
+    assert other.curves() == one.curves()
+    target, there = one.target(), other.target()
+    assert target is not None
+    assert there is not None
+    assert target.index == there.index
+    assert drives[1].goal == drives[0].goal
+    assert {pinned for *_, pinned in again} == {None, 1, 2}
+    for advice in (one, other):
+        advice.pin(None)
+    assert [one.strategy.choose().index for _ in range(20)] == [
+        other.strategy.choose().index for _ in range(20)
+    ]
 
 
 @pytest.mark.parametrize("name", ["iac", "progress-rate", "random", "chronological", "sweep"])

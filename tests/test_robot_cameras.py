@@ -168,7 +168,7 @@ def test_camera_is_watched_and_learned_from(
     assert summary["strategy"] == "iac"
     assert summary["goal"] in {region["id"] for region in summary["regions"]}
     assert summary["why"]["text"]
-    assert files(out) == KEPT | {"model.npz"}
+    assert files(out) == KEPT | {"camera.npz", "model.npz"}
     assert {row["region"] for row in rows_of(out / "looks.csv")} <= {
         str(region["id"]) for region in summary["regions"]
     }
@@ -188,7 +188,7 @@ def test_camera_that_is_gone_ends_it_and_all_is_kept(
     monkeypatch.setattr(opening, "CameraFeed", lambda device: CameraFeed(device, silent_s=0.5))
     out = tmp_path / "run"
     told = call(capsys, "watch", "realsense:", "--learn", "--out", out)
-    assert files(out) == KEPT | {"model.npz"}
+    assert files(out) == KEPT | {"camera.npz", "model.npz"}
     assert "written to" in told.out
     if after is None:
         assert told.status == 2

@@ -79,6 +79,16 @@ def test_drive_without_a_goal_turns_at_the_ends() -> None:
     assert list(islice(Drive(1), 3)) == [0, 0, 0]
 
 
+def test_order_goes_on_from_a_frame() -> None:
+    assert list(islice(rounds(3, 4), 4)) == [1, 2, 0, 1]
+    drive = Drive(6)
+    drive.stand_at(4)
+    drive.go_to(2)
+    assert list(islice(drive, 4)) == [3, 2, 2, 2]
+    with pytest.raises(IndexError):
+        drive.stand_at(6)
+
+
 def test_frames_come_at_the_rate() -> None:
     clock = Clock()
     feed = replay(clock, [None] * 4)

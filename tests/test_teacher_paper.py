@@ -24,7 +24,7 @@ from curiosight.teacher import (
 )
 from curiosight.teacher.cloud.view import border_mask
 from curiosight.teacher.paper.paper_settings import PAPER_TABLE
-from curiosight.teacher.paper.paper_teacher import kd_tree_clusters
+from curiosight.teacher.paper.paper_teacher import voxel_clusters
 from curiosight.teacher.things.clusters import euclidean_clusters
 from room import ROOM, Box, View
 from scenes import CAMERA, ON_TABLE, TABLE_TOP, WALL, kinect_noise, see
@@ -239,7 +239,7 @@ def test_k_d_tree_finds_the_clusters_of_the_hash_table(
     seed: int, n_points: int, leaf: float, ratio: float
 ) -> None:
     xyz = np.random.default_rng(seed).uniform(-1, 1, (n_points, 3))
-    number, n_voxels = kd_tree_clusters(xyz, leaf=leaf, tolerance=ratio * leaf)
+    number, n_voxels = voxel_clusters(xyz, leaf=leaf, tolerance=ratio * leaf)
     assert same_partition(number, euclidean_clusters(xyz, leaf=leaf, tolerance=ratio * leaf))
     cells = np.floor(xyz / leaf)
     for cluster, expected in enumerate(n_voxels):

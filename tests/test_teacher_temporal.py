@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher import Survey, Teacher, TemporalTeacher
+from curiosight.teacher.cloud.tracking import UpTracker
+from curiosight.teacher.memory.temporal import Remembered
 from curiosight.teacher.memory.votes import FREE, REJECTED, VoxelVotes
 from room import ROOM, Box, look, render
 from scenes import CAMERA, WALL, as_frame, see
@@ -209,3 +211,43 @@ def test_voxels_are_the_cells_of_the_surface_in_the_world() -> None:
     key = [hash(tuple(cell)) for cell in cells[is_seen]]
     same = np.equal.outer(key, key)
     assert np.array_equal(same, np.equal.outer(found[is_seen], found[is_seen]))
+
+
+def test_memory_that_is_told_what_another_noted_is_the_same() -> None:
+    """Things come, go, and are seen beyond the image's edge; the table of voxels grows."""
+    seeing, told = teacher(), teacher()
+    assert seeing.noted is None
+    seeing.segment(view(CUBE)[0])
+    assert seeing.noted is None  # nobody asked for it
+    told.segment(view(CUBE)[0])
+    seeing.votes, told.votes = VoxelVotes(capacity=64), VoxelVotes(capacity=64)
+    seeing.is_noting = True
+    scenes = [view(CUBE, aside=0.4), view(CUBE, aside=0.7), view(aside=0.1), view(CUBE, aside=1.2)]
+    n_gone = 0
+    for frame, _ in scenes:
+        seeing.segment(frame)
+        assert isinstance(seeing.noted, Remembered)
+        n_gone += len(seeing.noted.gone)
+        told.remember_again(seeing.noted)
+    assert n_gone > 0
+    assert len(seeing.votes) > 64
+    for name, value in vars(seeing.votes).items():
+        other = getattr(told.votes, name)
+        if name == "_salient":
+            value, other = value[: seeing.votes._n_salient], other[: told.votes._n_salient]
+        assert np.array_equal(value, other), name
+    seeing.segment(Frame("bad", frame.rgb, None, None, frame.T_world_camera, problem="no depth"))
+    assert seeing.noted is None
+
+
+def test_way_up_of_frames_without_pose_is_told_too() -> None:
+    seeing, told = teacher(), teacher()
+    seeing.is_noting = True
+    frame, _ = see(ROOM)
+    seeing.segment(frame)
+    assert isinstance(seeing.noted, UpTracker)
+    told.remember_again(seeing.noted)
+    assert frame.depth is not None
+    expected = seeing._tracker.up_in(frame.depth)
+    assert expected is not None
+    assert np.array_equal(told._tracker.up_in(frame.depth), expected)

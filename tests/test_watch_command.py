@@ -32,7 +32,7 @@ from curiosight.rooms import DrawnViews
 from room import kinect, poses_around
 
 Capsys = pytest.CaptureFixture[str]
-KEPT = {"config.toml", "looks.csv", "decisions.csv", "summary.json"}
+KEPT = {"command.json", "config.toml", "looks.csv", "decisions.csv", "state.npz", "summary.json"}
 
 
 def free_port() -> int:

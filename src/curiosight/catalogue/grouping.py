@@ -15,7 +15,6 @@ from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
 from curiosight.catalogue.detection import Detection
 from curiosight.catalogue.voxels import Voxels, grown
@@ -51,14 +50,14 @@ def _weigh(views: npt.NDArray[np.int64], detections: Sequence[Detection]) -> Wei
     for view in np.unique(views):
         for i, j in combinations(np.flatnonzero(views == view).tolist(), 2):
             _put(weights, i, j, -APART)
-    for i, j in zip(*shared.nonzero(), strict=True):
+    for (i, j), n_shared in shared.items():
         if i >= j:
             continue
-        both = shared[i, j] / len(own[i]), shared[j, i] / len(own[j])
+        both = n_shared / len(own[i]), shared.get((j, i), 0) / len(own[j])
         if max(both) < MIN_SHARED:
             continue
         weight = (max(both) + min(both)) / 2 - EVEN
-        _put(weights, int(i), int(j), weight - APART * float(views[i] == views[j]))
+        _put(weights, i, j, weight - APART * float(views[i] == views[j]))
     return weights
 
 
@@ -67,18 +66,21 @@ def _put(weights: Weights, i: int, j: int, weight: float) -> None:
     weights.setdefault(j, {})[i] = weight
 
 
-def _shared(own: Sequence[Voxels], around: Sequence[Voxels]) -> csr_array:
-    """Return (n, n) how many of the cubes of each lie in or beside those of each other."""
-    known = np.unique(np.concatenate(around))
-    of_own, of_around = (_incidence(sets, known) for sets in (own, around))
-    return csr_array(of_own @ of_around.T)
-
-
-def _incidence(sets: Sequence[Voxels], known: Voxels) -> csr_array:
-    columns = np.searchsorted(known, np.concatenate(sets))
-    starts = np.append(0, np.cumsum([len(one) for one in sets]))
-    ones = np.ones(len(columns), np.int32)
-    return csr_array((ones, columns, starts), shape=(len(sets), len(known)))
+def _shared(own: Sequence[Voxels], around: Sequence[Voxels]) -> dict[tuple[int, int], int]:
+    """Return how many cubes of one lie in or beside those of another, where any does."""
+    owner = np.repeat(np.arange(len(around)), [len(one) for one in around])
+    cubes = np.concatenate(around)
+    order = np.argsort(cubes, kind="stable")
+    cubes, owner = cubes[order], owner[order]
+    found = {}
+    for i, voxels in enumerate(own):
+        first, last = (np.searchsorted(cubes, voxels, side) for side in ("left", "right"))
+        n_each = last - first
+        # Of each cube the places of all that have it.
+        within = np.arange(n_each.sum()) - np.repeat(np.cumsum(n_each) - n_each, n_each)
+        others = np.bincount(owner[np.repeat(first, n_each) + within])
+        found.update({(i, int(j)): int(others[j]) for j in np.flatnonzero(others)})
+    return found
 
 
 def _contracted(n: int, weights: Weights) -> list[list[int]]:

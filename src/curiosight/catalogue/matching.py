@@ -1,6 +1,6 @@
 """Which thing of a later visit is which of an earlier one: by place, size and colours.
 
-One assignment for all (J. Munkres' algorithm, as SciPy's `linear_sum_assignment` has it), each
+One assignment for all (see `best_pairs`), each
 at most once on both sides: what two things have in common is weighed as log-odds, and a pair that
 less speaks for than against is none.
 """
@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter
-from scipy.optimize import linear_sum_assignment
 
 from curiosight.catalogue.detection import COLOUR_BINS
 from curiosight.catalogue.voxels import Voxels, grown, share_in
+from curiosight.frame.assignment import best_pairs
 
 Array = npt.NDArray[Any]
 
@@ -33,7 +33,7 @@ SAME_BONUS, PER_METRE, ELSEWHERE, FAR, OTHER_LEVEL, LOW = 4.0, -0.1, -3.9, 6.0, 
 # A pair that less speaks for is two things.
 MIN_ODDS = -3.0
 # Hues beside each other are alike: standard deviation in bins.
-BLUR = 0.5
+BLUR, BLUR_SIZE = 0.5, (5, 5)
 # No thing is thinner, by the cubes that it is made of; metres.
 THIN = 0.03
 
@@ -61,7 +61,7 @@ def match_things(
         return []
     odds, is_same = weigh_pairs(before, after)
     gain = np.maximum(odds - MIN_ODDS, 0.0)
-    rows, columns = linear_sum_assignment(-gain)
+    rows, columns = best_pairs(gain)
     return [
         (int(i), int(j), bool(is_same[i, j]))
         for i, j in zip(rows, columns, strict=True)
@@ -102,8 +102,8 @@ def _are_there(before: Sequence[Appearance], after: Sequence[Appearance], shifts
 
 def _hues(colours: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return (300,) the share of each hue, neighbours among it, in bands of height."""
-    blur = (0.0, BLUR, BLUR)
-    hues: npt.NDArray[np.float64] = gaussian_filter(
-        colours.reshape(COLOUR_BINS), blur, mode="nearest"
-    ).ravel()
-    return hues
+    bands = colours.reshape(COLOUR_BINS)
+    blurred = [
+        cv2.GaussianBlur(band, BLUR_SIZE, BLUR, borderType=cv2.BORDER_REPLICATE) for band in bands
+    ]
+    return np.concatenate(blurred, axis=None).astype(np.float64)

@@ -36,7 +36,7 @@ COMMANDS = {
     "objects": "List what is there: each thing once; since the last visit what is new, moved or "
     "gone.",
     "propose": "Propose boxes: depth draws them, and a model ranks them.",
-    "export": "Write a recording for others: as an RL-IAC folder or as a ROS bag.",
+    "export": "Write a recording for others, as an RL-IAC folder or a ROS bag; or a run's model.",
     "render": "Render a room or home that is drawn by seed: colour, depth, poses and ground truth.",
     "score-teacher": "Score the teacher's labels, and its objects, against ground truth.",
     "bench": "Time the stages of the method, frame by frame, on one thread.",

@@ -16,7 +16,7 @@ from curiosight.cli.again import from_anywhere
 from curiosight.cli.compare_report import CONFIG, write_reports
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.talk import Talk, count
+from curiosight.cli.talk import Talk, count, need_figures
 from curiosight.config import load_config
 from curiosight.errors import DataError
 from curiosight.experiments.comparing import split_names
@@ -140,6 +140,7 @@ def compare(
     sources, and runs/, a folder a run. Ctrl-C, or a kill, loses no run that is done: --resume
     makes the others, and the results are the same to the byte.
     """
+    need_figures("compare")
     talk = Talk(quiet=quiet, as_json=json)
     given = _Given(
         sources=None if not sources else tuple(sources),

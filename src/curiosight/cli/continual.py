@@ -13,13 +13,19 @@ from curiosight.cli.lessons import LEARNED_NOTHING_STATUS, tell_lessons
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
+from curiosight.experiments.changes import day_of
 from curiosight.experiments.continual import Continual, episodes_of
 from curiosight.experiments.output import OutputFolder, TableFile
 from curiosight.learner.archive import MODEL
-from curiosight.viewing.continual import draw_qualities
+from curiosight.viewing.continual import draw_changes, draw_qualities
 from curiosight.viewing.live import announce_compilation
 
 QUALITIES, FIGURES = "qualities.csv", ("qualities.png", "qualities.svg")
+ALARMS, CHANGES = "alarms.csv", ("changes.png", "changes.svg")
+ALARM_COLUMNS = (
+    *("look", "episode", "look_in_episode", "id", "place", "cause", "was", "now", "n_looks"),
+    "reason",
+)
 
 
 @reads_source
@@ -32,6 +38,14 @@ def continual(
             "home:7 home:7,lights=3 home:7,rearrange=2.",
         ),
     ],
+    changes: Annotated[
+        bool,
+        typer.Option(
+            "--changes",
+            help="Of one home: its rooms but the last in the morning, in the evening's light, and "
+            "rearranged; then the last room. Tells how soon each change is noticed.",
+        ),
+    ] = False,
     seed: options.Seed = None,
     scene: options.Scene = None,
     up: options.Up = None,
@@ -50,9 +64,10 @@ def continual(
 
     Every frame is looked at once. Writes config.toml, qualities.csv and its figure (row: after
     which episode, column: of which the test frames are, 1 = known best), model.npz after each
-    episode, and summary.json with average quality, backward transfer, forgetting, and the looks
-    at which a place was no longer what had been learned of it. Ctrl-C, or a signal to end, keeps
-    the episodes that are done. Exit status 1: nothing was learned.
+    episode, alarms.csv: the looks at which a place was no longer what had been learned of it, and
+    by what that was known; and summary.json with average quality, backward transfer, forgetting,
+    and the alarms. Ctrl-C, or a signal to end, keeps the episodes that are done. Exit status 1:
+    nothing was learned.
     """
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(
@@ -68,17 +83,20 @@ def continual(
         },
     )
     folder = OutputFolder(out, "continual", sources[0], overwrite=overwrite)
-    episodes = episodes_of([str(source) for source in sources], settings)
+    named = [str(source) for source in sources]
+    if changes and len(named) > 1:
+        raise ValueError(f"sources: expected one home with --changes, got {len(named)} sources")
+    episodes = day_of(named[0], settings) if changes else episodes_of(named, settings)
     with announce_compilation(talk.console):
         run = Continual(settings, episodes, lambda: folder.file(MODEL))
-        folder.remove((MODEL, QUALITIES, *FIGURES, "summary.json"))
+        folder.remove((MODEL, QUALITIES, ALARMS, *FIGURES, *CHANGES, "summary.json"))
         folder.write_text("config.toml", to_toml(settings))
         talk.note(f"{count(len(episodes), 'episode')} of {count(len(run), 'look')} together")
         with CtrlC() as ctrl_c, talk.following("learn", len(run), "look") as shown:
             for number, _ in ctrl_c.until_pressed(run):
                 shown.advance(episodes[number].name)
     summary = run.summary()
-    _write(folder, run)
+    _write(folder, run, has_figures=talk.can_draw())
     folder.write_json("summary.json", summary)
     talk.warn_of(run.problems, summary["looks"], "taught nothing")
     tell_lessons(talk, run.lessons, has_learned=run.learner.is_trained)
@@ -90,14 +108,23 @@ def continual(
         raise typer.Exit(LEARNED_NOTHING_STATUS)
 
 
-def _write(folder: OutputFolder, run: Continual) -> None:
+def _write(folder: OutputFolder, run: Continual, *, has_figures: bool) -> None:
     names = [episode.name for episode in run.episodes]
     table = TableFile(folder.file(QUALITIES), ["after", *names])
     for name, row in zip(names, run.qualities.tolist(), strict=True):
         table.add({"after": name} | dict(zip(names, (_or_none(q) for q in row), strict=True)))
     table.close()
-    for figure in FIGURES:
+    for figure in FIGURES if has_figures else ():
         draw_qualities(run.qualities, names, folder.file(figure))
+    alarms = TableFile(folder.file(ALARMS), ALARM_COLUMNS)
+    for alarm in run.alarms:
+        alarms.add(alarm.summary())
+    alarms.close()
+    if run.changes():
+        lengths = [len(episode.training) for episode in run.episodes]
+        told = [(alarm.event.look, alarm.event.alarm.cause) for alarm in run.alarms]
+        for figure in CHANGES:
+            draw_changes(run.qualities, names, lengths, told, folder.file(figure))
 
 
 def _or_none(quality: float) -> float | None:
@@ -107,6 +134,10 @@ def _or_none(quality: float) -> float | None:
 def _rows(run: Continual, summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
     """Return what a person wants to see of the summary."""
     last = [alarm.episode for alarm in run.alarms]
+    noticed = {
+        f"{one['episode']} ({one['change'] or 'no change'})": _noticed(one)
+        for one in summary["changes"]
+    }
     return {
         "episodes": len(run.episodes),
         "looks": summary["looks"],
@@ -119,5 +150,15 @@ def _rows(run: Continual, summary: dict[str, Any], folder: OutputFolder) -> dict
             if number in last
         )
         or "none",
+        **noticed,
         "written to": folder.path,
     }
+
+
+def _noticed(change: dict[str, Any]) -> str:
+    """Say how soon a change was noticed, or how often one that was none."""
+    if not change["change"]:
+        return f"{count(change['false_alarms'], 'false alarm')} in {count(change['looks'], 'look')}"
+    if change["reason"] is None:
+        return f"no alarm in {count(change['looks'], 'look')}"
+    return f"after {count(change['frames_until_alarm'], 'look')}: {change['reason']}"

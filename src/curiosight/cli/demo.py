@@ -77,7 +77,7 @@ def demo(
             follow(talk, run.exploration, ctrl_c)
             tested = [] if ctrl_c.is_pressed else _test(talk, run, ctrl_c)
             summary = run.finish()
-            _write_report(run, summary, tested, folder, command)
+            _write_report(talk, run, summary, tested, folder, command)
     explored = run.exploration
     tell_lessons(talk, explored.lessons, has_learned=explored.has_learned)
     times = explored.times()
@@ -108,6 +108,7 @@ def _test(talk: Talk, run: Demonstration, ctrl_c: CtrlC) -> list[Tested]:
 
 
 def _write_report(
+    talk: Talk,
     run: Demonstration,
     summary: dict[str, Any],
     tested: Sequence[Tested],
@@ -116,10 +117,11 @@ def _write_report(
 ) -> None:
     """Draw the figures and the report, with some of the looks and tests as examples."""
     taught = taught_examples(run.exploration)
-    draw_figures(run.exploration, folder, taught)
     moved = [_example_of(run, view) for view in tested]
-    if moved:
-        draw_examples(moved, folder.file(_AFTER_MOVE))
+    if talk.can_draw():
+        draw_figures(run.exploration, folder, taught)
+        if moved:
+            draw_examples(moved, folder.file(_AFTER_MOVE))
     explored = {**summary["explored"], **run.exploration.times()}
     report = exploration_report(run.exploration, explored, taught, command)
     write_report(demo_report(report, summary, moved), folder.file(REPORT))

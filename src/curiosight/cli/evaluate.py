@@ -119,7 +119,9 @@ def evaluate(
                 shown.advance()
     metrics = evaluation.metrics()
     folder.write_json("metrics.json", metrics)
-    _draw(evaluation.scores, evaluation.at_hand, folder)
+    has_figures = talk.can_draw()
+    if has_figures:
+        _draw(evaluation.scores, evaluation.at_hand, folder)
     if evaluation.comparison is not None:
         given = {
             "folds": folds,
@@ -128,7 +130,9 @@ def evaluate(
             "baselines": _from_anywhere(baselines),
         }
         command = command_again("evaluate", paths, given)
-        write_report(evaluation, evaluation.comparison, metrics, folder, command)
+        write_report(
+            evaluation, evaluation.comparison, metrics, folder, command, has_figures=has_figures
+        )
         for failure in failures(evaluation.comparison):
             talk.warn(failure)
     talk.warn_of(evaluation.problems, len(evaluation.truth.dataset), "could not be used")

@@ -37,6 +37,7 @@ _FILES = {
     "times.json": "milliseconds an image of each method",
     "config.toml": "all settings",
 }
+_NOT_DRAWN = ("metrics.json", "table.md, table.tex", "times.json", "config.toml")
 
 
 def write_report(
@@ -45,10 +46,13 @@ def write_report(
     metrics: Mapping[str, Any],
     folder: OutputFolder,
     command: Sequence[str],
+    *,
+    has_figures: bool,
 ) -> None:
     """Write tables, figures, times and report.html of an evaluation's comparison.
 
-    metrics: what `evaluation.metrics()` returned. command: that makes it again.
+    metrics: what `evaluation.metrics()` returned. command: that makes it again. has_figures:
+    whether the curves and the maps are drawn as files, too.
     """
     times_ms = comparison.times_ms()
     methods = method_results(comparison, metrics["methods"], times_ms)
@@ -56,7 +60,7 @@ def write_report(
     folder.write_json("times.json", times_ms)
     folder.write_text("table.md", markdown_table(methods))
     folder.write_text("table.tex", latex_table(methods))
-    for ending in ("png", "svg"):
+    for ending in ("png", "svg") if has_figures else ():
         draw_roc(methods, folder.file(f"figures/roc.{ending}"))
         draw_precision_recall(methods, folder.file(f"figures/precision_recall.{ending}"))
         if wall:
@@ -70,7 +74,7 @@ def write_report(
         command=shlex.join(command),
         problems=list(_problems(evaluation, comparison, metrics)),
         limits=list(_limits(metrics)),
-        files=_FILES,
+        files=_FILES if has_figures else {name: _FILES[name] for name in _NOT_DRAWN},
         reliability=evaluation.at_hand.curves(),
     )
     write_comparison(report, folder.file("report.html"))

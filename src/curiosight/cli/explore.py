@@ -14,6 +14,7 @@ from curiosight.cli.explore_run import reopened, tell_run
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
+    tell_alarms,
     tell_lessons,
     tell_places,
     tell_samples,
@@ -21,7 +22,6 @@ from curiosight.cli.lessons import (
 from curiosight.cli.mean_error import mean_of
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.resume import (
-    Resume,
     check_alone,
     given_now,
     go_on_with,
@@ -78,7 +78,8 @@ def explore(
         typer.Option(
             "--from",
             metavar="RUN",
-            help="Go on with the model of an earlier run.",
+            help="Go on with the model of an earlier run, and in the same rooms with its regions, "
+            "their progress, and what its teacher remembers.",
             rich_help_panel=EXPLORING,
         ),
     ] = None,
@@ -113,7 +114,7 @@ def explore(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    resume: Resume = None,
+    resume: options.Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,
@@ -173,7 +174,7 @@ def _resume(talk: Talk, path: Path) -> None:
         return
     if not (path / REPORT).is_file():
         with announce_compilation(talk.console):
-            tell_run(reopened(settings, given, folder, "told"), summary)
+            tell_run(talk, reopened(settings, given, folder, "told"), summary)
     talk.note(f"{path}: the run is finished after {count(summary['steps'], 'step')}")
 
 
@@ -188,7 +189,7 @@ def _follow_to_its_end(
         with CtrlC() as ctrl_c:
             follow(talk, run, ctrl_c)
             summary = run.finish()
-            tell_run(run, summary)
+            tell_run(talk, run, summary)
     talk.warn_of(run.problems, summary["distinct_frames"], "taught nothing")
     _tell_tests(talk, run)
     _tell_keeping(talk, run)
@@ -228,10 +229,9 @@ def _introduce(talk: Talk, run: Exploration, given: GivenCommand, settings: Conf
     if run.so_far.n_steps:
         talk.note(f"goes on after {count(run.so_far.n_steps, 'step')}")
     elif given.from_ is not None:
-        talk.note(
-            "goes on with the samples, trees and places of that model; progress of regions and "
-            "what the teacher remembers begin anew"
-        )
+        talk.note("goes on with the samples, trees and places of that model")
+    for note in run.continued.notes if run.continued is not None else ():
+        talk.note(note)
     if given.test is not None:
         talk.introduce(Path(given.test), run.tests.truth.dataset)
     if run.config != settings:
@@ -292,6 +292,10 @@ def _rows(summary: dict[str, Any], times: dict[str, Any], folder: OutputFolder) 
         "samples": tell_samples(summary["samples"], summary["places"]),
         **tell_places(summary["places"]),
     }
+    if (left := summary["forgetting"]) is not None:
+        rows["forgetting (F1)"] = left["forgetting"]
+    if summary["n_alarms"]:
+        rows["places that changed"] = tell_alarms(summary["alarms"], summary["n_alarms"])
     if summary["metres"] or summary["degrees"]:  # neither is known without poses
         rows["travel"] = f"{summary['metres']:.1f} m, {summary['degrees']:.0f} degrees"
     for stage, spent in times["stages"].items():

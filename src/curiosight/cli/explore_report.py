@@ -9,6 +9,7 @@ from statistics import fmean
 from typing import Any
 
 from curiosight.cli.explore_examples import unseen_examples
+from curiosight.cli.forgetting import forgetting_tables
 from curiosight.cli.lessons import lesson_problems
 from curiosight.cli.talk import count, scores_are_too_good
 from curiosight.cli.versions import versions
@@ -98,7 +99,7 @@ def exploration_report(
         title=f"A look around {Path(summary['source']).name}",
         sentence=_sentence(run, summary, rows),
         took=took(summary["seconds"]),
-        results=[_results(run, summary, rows)],
+        results=[_results(run, summary, rows), *forgetting_tables(summary["forgetting"])],
         examples=[
             ExampleGroup("Views it never learned from", unseen),
             ExampleGroup("Views it learned from", taught),
@@ -107,6 +108,7 @@ def exploration_report(
         region_names=run.regions.names,
         decisions=run.last_decisions,
         region_note=_POSE_REGIONS if run.regions.kind.startswith("pose") else "",
+        events=[event.sentence for event in run.so_far.events],
         room_map=_room_map(run, rows),
         making=_making(run, summary, command),
         problems=list(_problems(run, summary)),

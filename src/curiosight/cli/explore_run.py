@@ -9,6 +9,7 @@ from typing import Any
 from curiosight.cli.again import command_again
 from curiosight.cli.explore_examples import taught_examples
 from curiosight.cli.explore_report import LEFTOVERS, REPORT, draw_figures, exploration_report
+from curiosight.cli.talk import Talk
 from curiosight.config import Config
 from curiosight.experiments.command_file import GivenCommand
 from curiosight.experiments.exploring import Exploration, Mode
@@ -39,13 +40,14 @@ def reopened(
     )
 
 
-def tell_run(run: Exploration, summary: dict[str, Any]) -> None:
+def tell_run(talk: Talk, run: Exploration, summary: dict[str, Any]) -> None:
     """Write figures and report, from what the folder holds.
 
     summary: of the run, as it is.
     """
     given, folder, taught = run.given, run.out, taught_examples(run)
-    draw_figures(run, folder, taught)
+    if talk.can_draw():
+        draw_figures(run, folder, taught)
     named = {"test": given.test, "ground-truth": given.ground_truth, "from": given.from_}
     paths = {name: None if one is None else Path(one) for name, one in named.items()}
     again = command_again("explore", [Path(given.source)], paths)

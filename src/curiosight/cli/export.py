@@ -1,4 +1,4 @@
-"""curiosight export: a recording in the form of the paper's authors' own program, or as a bag."""
+"""curiosight export: a recording for the paper's authors' program, or as a bag; or a model."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.export_model import ONNX, export_model
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
@@ -39,7 +40,8 @@ def export(
         str,
         typer.Option(
             metavar="NAME",
-            help="rl-iac, or a bag: ros1 (F.bag), rosbag2 (a folder), mcap (a bare F.mcap).",
+            help="rl-iac, or a bag: ros1 (F.bag), rosbag2 (a folder), mcap (a bare F.mcap); or, of "
+            "a run, onnx.",
         ),
     ] = RL_IAC,
     ground_truth: options.GroundTruth = None,
@@ -52,15 +54,22 @@ def export(
     *,
     reading: ReadingOverrides,
 ) -> None:
-    """Write a recording for others: as an RL-IAC folder or as a ROS bag.
+    """Write a recording for others, as an RL-IAC folder or a ROS bag; or a run's model.
 
     RL-IAC, which the program of the paper's authors reads, is image_data/ with x.png, x_depth.png
     (millimetres) and x_GT.png, input_region_map.dat, camera.json, and region_map.dat where the
     source has a navigation graph or the ways between its regions are known. A bag holds colour,
     depth, CameraInfo and poses (/tf), but neither ground truth nor regions. Ctrl-C ends it early
-    and keeps what is written.
+    and keeps what is written. With --layout onnx SOURCE is the folder of a run: its forests
+    become an ONNX file, whose metadata tell the features (docs/features.md).
     """
     talk = Talk(quiet=quiet, as_json=json)
+    if layout == ONNX:
+        options_of_recordings = (regions, ground_truth, preset, config, *reading.values())
+        if every != 1 or any(given is not None for given in options_of_recordings):
+            raise ValueError("layout: onnx exports a run, and takes --out and --overwrite alone")
+        export_model(talk, source, out, overwrite=overwrite)
+        return
     if every < 1:
         raise ValueError(f"every: expected 1 or more, got {every}")
     settings = load_config(preset, config, {**reading, "explorer.regions": regions})
@@ -106,7 +115,9 @@ def _export_bag(
     overwrite: bool,
 ) -> None:
     if layout not in BAG_LAYOUTS:
-        raise ValueError(f"layout: expected {RL_IAC}, {', '.join(BAG_LAYOUTS)}, got {layout!r}")
+        raise ValueError(
+            f"layout: expected {', '.join((RL_IAC, *BAG_LAYOUTS, ONNX))}, got {layout!r}"
+        )
     path = out or Path("runs") / f"export-{datetime.now():%Y%m%d-%H%M%S}{ENDINGS[layout]}"
     if path.resolve().is_relative_to(source.resolve()):
         found = "lies inside the recording, which stays as it is"

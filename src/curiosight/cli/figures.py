@@ -16,7 +16,7 @@ from curiosight.cli.figures_drawing import Drawing
 from curiosight.cli.figures_files import CannotDrawError
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
-from curiosight.cli.talk import Talk, count
+from curiosight.cli.talk import Talk, count, need_figures
 from curiosight.config import Config, load_config, to_toml
 from curiosight.errors import DataError
 from curiosight.experiments.comparing import choose_methods
@@ -93,6 +93,7 @@ def figures(
     whether it holds here) and config.toml. A figure that the source cannot give is told in a
     line; exit status 2 where that is so of all.
     """
+    need_figures("figures")
     talk = Talk(quiet=quiet, as_json=json)
     wanted = _wanted(figure, all_figures)
     overrides = {

@@ -19,7 +19,6 @@ from curiosight.cli.lessons import (
 )
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.resume import (
-    Resume,
     check_alone,
     given_now,
     go_on_with,
@@ -57,7 +56,7 @@ def learn(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
-    resume: Resume = None,
+    resume: options.Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,

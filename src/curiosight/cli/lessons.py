@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from curiosight.cli.talk import NOTHING_LEARNED, Talk
 from curiosight.experiments.problems import Lessons
@@ -25,6 +26,15 @@ def tell_places(views: Sequence[int]) -> dict[str, str]:
     if not views:
         return {}
     return {"places": f"{len(views)}, of {', '.join(map(str, views))} views"}
+
+
+def tell_alarms(alarms: Sequence[dict[str, Any]], n_alarms: int | None = None) -> str:
+    """Say how often a place was no longer what had been learned of it, and the last reason.
+
+    n_alarms: in all, where only the first are given.
+    """
+    last = alarms[-1]
+    return f"{n_alarms or len(alarms)}; at look {last['look']}: {last['reason']}"
 
 
 def tell_samples(n_kept: int, views: Sequence[int], n_drawn: int | None = None) -> str:

@@ -34,6 +34,15 @@ ResumableSource = Annotated[
         show_default=False,
     ),
 ]
+Resume = Annotated[
+    Path | None,
+    typer.Option(
+        "--resume",
+        metavar="RUN",
+        help="Go on where a kill or Ctrl-C ended this run; without SOURCE and settings.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="The folder that explore or learn wrote.")]
 Preset = Annotated[
     str | None,

@@ -40,7 +40,7 @@ def report(
         summary = explored.summary() if explored.is_under_way else read_summary(run)
         if summary is None:
             raise DataError(run, "holds no summary.json", "put it back")
-        tell_run(explored, summary)
+        tell_run(talk, explored, summary)
     steps = summary["steps"]
     of = count(settings.explorer.n_steps, "step")
     content = {"steps": steps, "report": str(run / REPORT)}

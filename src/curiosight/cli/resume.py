@@ -5,44 +5,49 @@ from __future__ import annotations
 import json
 import shlex
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from curiosight import __version__
 from curiosight.cli.again import from_anywhere
-from curiosight.cli.options import OUTPUT
 from curiosight.errors import DataError
-from curiosight.experiments.command_file import GivenCommand
+from curiosight.experiments.command_file import GivenCommand, GivenWatch
 from curiosight.experiments.exploring import SUMMARY
 from curiosight.experiments.output import OutputFolder
-from curiosight.worlds.sources import is_drawn
+from curiosight.worlds.sources import is_camera, is_drawn
 
 BESIDE = ("resume", "quiet", "json")
-Resume = Annotated[
-    Path | None,
-    typer.Option(
-        "--resume",
-        metavar="RUN",
-        help="Go on where a kill or Ctrl-C ended this run; without SOURCE and settings.",
-        rich_help_panel=OUTPUT,
-    ),
-]
 
 
 def given_now(command: str, source: Path, **paths: Path | None) -> GivenCommand:
     """Return what a command was given, as it can be given from anywhere."""
     known = {name: None if one is None else from_anywhere(one) for name, one in paths.items()}
-    named = str(source) if is_drawn(source) else from_anywhere(source)
-    return GivenCommand(command, __version__, named, **known)
+    return GivenCommand(command, __version__, _named(source), **known)
 
 
-def check_alone(context: typer.Context) -> None:
-    """Raise ValueError where more than the run to go on with was said on the command line."""
+def watch_now(
+    source: Path, model: Path | None, *, is_learning: bool, seconds: float | None
+) -> GivenWatch:
+    """Return the same of a watch."""
+    from_ = None if model is None else from_anywhere(model)
+    named = _named(source)
+    return GivenWatch("watch", __version__, named, from_=from_, learn=is_learning, seconds=seconds)
+
+
+def _named(source: Path) -> str:
+    return str(source) if is_drawn(source) or is_camera(source) else from_anywhere(source)
+
+
+def check_alone(context: typer.Context, *beside: str) -> None:
+    """Raise ValueError where more than the run to go on with was said on the command line.
+
+    beside: options that are no settings of a run.
+    """
     for parameter in context.command.params:
         name = parameter.name or ""
         source = context.get_parameter_source(name)
-        if name not in BESIDE and source is not None and source.name == "COMMANDLINE":
+        if name not in (*BESIDE, *beside) and source is not None and source.name == "COMMANDLINE":
             said = parameter.opts[0] if parameter.param_type_name == "option" else "SOURCE"
             raise ValueError(
                 f"resume: expected no {said} beside it, as the run has its own; "
@@ -60,6 +65,12 @@ def open_run(run: Path, command: str) -> tuple[GivenCommand, OutputFolder]:
     """Return what the run of a folder was given, and the folder to write on in."""
     given = GivenCommand.read(run, command)
     return given, OutputFolder(run, command, Path(given.source), goes_on=True)
+
+
+def open_watch(run: Path) -> tuple[GivenWatch, OutputFolder]:
+    """Return the same of a watch."""
+    given = GivenWatch.read(run, "watch")
+    return given, OutputFolder(run, "watch", Path(given.source), goes_on=True)
 
 
 def go_on_with(command: str, run: Path) -> str:

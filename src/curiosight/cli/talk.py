@@ -14,12 +14,19 @@ from curiosight.errors import printable
 from curiosight.experiments.describing import doubts_of
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import FrameProgress, progress_console
+from curiosight.viewing.paper import NEEDED, can_draw
 
 NOTHING_LEARNED = (
     "nothing was learned: no frame showed both an object and its surroundings "
     "(see what `curiosight segment` makes of it)"
 )
 NO_CLASSES = "no frame shows anything salient, or all of them nothing else: no figures"
+
+
+def need_figures(command: str) -> None:
+    """Raise `ValueError` where a command's figures cannot be drawn, before it works for hours."""
+    if not can_draw():
+        raise ValueError(f"{command}: its figures {NEEDED}")
 
 
 class Talk:
@@ -38,6 +45,12 @@ class Talk:
     def note(self, text: str) -> None:
         """Say something worth knowing."""
         self.console.print(printable(text), markup=False, soft_wrap=True)
+
+    def can_draw(self) -> bool:
+        """Tell whether figures can be drawn; where they cannot, say that they are left out."""
+        if not can_draw():
+            self.note(f"figures are left out: they {NEEDED}")
+        return can_draw()
 
     def warn(self, text: str) -> None:
         """Say something that the user may want to mend."""

@@ -19,12 +19,14 @@ WATCHING = "Watching"
 
 @reads_source
 def watch(
-    source: options.Source,
+    context: typer.Context,
+    source: options.ResumableSource = None,
     model: Annotated[
         Path | None,
         typer.Option(
             metavar="RUN",
-            help="Begin with the model of a run: maps are made by it from the first frame on.",
+            help="Begin with the model of a run: maps are made by it from the first frame on; and "
+            "in the same rooms with its regions and their progress.",
             rich_help_panel=WATCHING,
         ),
     ] = None,
@@ -97,6 +99,7 @@ def watch(
     config: options.ConfigFile = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    resume: options.Resume = None,
     quiet: options.Quiet = False,
     json: options.Json = False,
     *,
@@ -107,41 +110,49 @@ def watch(
     A recording is replayed at its own pace, again and again; of a room or home a drive is drawn
     first, and the explorer drives. A camera is realsense:[SERIAL], oak:[ID] or camera:0, of colour
     alone. Writes config.toml, looks.csv, decisions.csv, summary.json and, with --learn, model.npz.
-    Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it, and ends the log of --mcap.
-    Exit status 1: it was to learn, and nothing was learned.
+    Ctrl-C, or a signal to end (SIGTERM, SIGHUP), keeps all of it, and ends the log of --mcap. It is
+    kept as it goes, too: after a kill --resume RUN goes on, and lacks one frame at most. Status
+    1 = it was to learn, and nothing was learned.
     """
+    if resume is None and source is None:
+        told = "see `curiosight watch --help`"
+        raise ValueError(f"SOURCE: expected one, or --resume RUN, got none ({told})")
     if seconds is not None and not (isfinite(seconds) and seconds > 0):
         raise ValueError(f"seconds: expected more than 0, got {seconds:g}")
     if host != HOST and page is None:
         raise ValueError("host: expected --page PORT too, or there is no page to serve")
-    if model is None and not learn:
+    if resume is None and model is None and not learn:
         raise ValueError("model: expected --model RUN, --learn, or both; got neither")
     share_heaps()
     with LivePage(page, host) as live:
         # At use: the page answers while all this is read.
+        from curiosight.cli.resume import check_alone, watch_now
         from curiosight.cli.talk import Talk
-        from curiosight.cli.watch_run import run_watch
-        from curiosight.cli.watch_sinks import open_sinks
+        from curiosight.cli.watch_run import resume_watch, run_watch
+        from curiosight.cli.watch_sinks import SinksAsked
         from curiosight.config import load_config
         from curiosight.experiments.output import OutputFolder
-        from curiosight.experiments.watch_parts import Asked
 
         talk = Talk(quiet=quiet, as_json=json)
-        settings = load_config(
-            preset,
-            config,
-            {
-                **reading,
-                "run.seed": seed,
-                "run.n_threads": 1,  # the other core is for maps
-                "teacher.scene": scene,
-                "teacher.up": up,
-                "teacher.source": teacher,
-            },
-        )
-        folder = OutputFolder(out, "watch", source, overwrite=overwrite)
-        sinks = open_sinks(talk, source, mcap, viz, overwrite=overwrite)
-        asked = Asked(model, is_learning=learn, strategy=strategy, sinks=sinks)
-        status = run_watch(talk, live, settings, source, folder, asked, seconds)
+        sinks = SinksAsked(talk, mcap, viz, overwrite=overwrite)
+        if source is None or resume is not None:
+            check_alone(context, "page", "host", "mcap", "viz")
+            status = resume_watch(talk, live, resume or Path(), sinks)
+        else:
+            settings = load_config(
+                preset,
+                config,
+                {
+                    **reading,
+                    "run.seed": seed,
+                    "run.n_threads": 1,  # the other core is for maps
+                    "teacher.scene": scene,
+                    "teacher.up": up,
+                    "teacher.source": teacher,
+                },
+            )
+            folder = OutputFolder(out, "watch", source, overwrite=overwrite)
+            given = watch_now(source, model, is_learning=learn, seconds=seconds)
+            status = run_watch(talk, live, settings, given, folder, sinks, strategy)
     if status:
         raise typer.Exit(status)

@@ -12,19 +12,23 @@ from curiosight.robot.sinks.rerun_view import RerunView
 from curiosight.robot.sinks.sink import Sink
 
 
-def open_sinks(
-    talk: Talk, source: Path, mcap: Path | None, viz: str | None, *, overwrite: bool
-) -> tuple[Sink, ...]:
-    """Return what is asked for; a log that cannot be is refused, a viewer is warned of."""
-    sinks: list[Sink] = []
-    if mcap is not None:
-        sinks.append(live_log(mcap, source, overwrite=overwrite))
-    if viz is not None:
-        try:
-            sinks.append(RerunView(viz))
-        except ImportError as error:
-            talk.warn(f"no viewer: {error}; pip install 'curiosight[viz]'")
-    return tuple(sinks)
+class SinksAsked:
+    """A log and a viewer that are asked for; None = neither."""
+
+    def __init__(self, talk: Talk, mcap: Path | None, viz: str | None, *, overwrite: bool) -> None:
+        self._talk, self._mcap, self._viz, self._overwrite = talk, mcap, viz, overwrite
+
+    def open(self, source: Path) -> tuple[Sink, ...]:
+        """Return them; a log that cannot be is refused, a viewer is warned of."""
+        sinks: list[Sink] = []
+        if self._mcap is not None:
+            sinks.append(live_log(self._mcap, source, overwrite=self._overwrite))
+        if self._viz is not None:
+            try:
+                sinks.append(RerunView(self._viz))
+            except ImportError as error:
+                self._talk.warn(f"no viewer: {error}; pip install 'curiosight[viz]'")
+        return tuple(sinks)
 
 
 class SinkTrouble:

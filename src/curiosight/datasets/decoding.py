@@ -17,11 +17,11 @@ from curiosight.datasets.headers import JPEG_START, is_too_large
 from curiosight.datasets.palette import FAULTS as PALETTE_FAULTS
 from curiosight.datasets.palette import (
     PNG_SIGNATURE,
-    TIFF_SIGNATURES,
     as_stored,
     may_have_palette,
     read_indices,
 )
+from curiosight.datasets.tiff_tags import TIFF_SIGNATURES
 from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Rgb
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import io
+import re
 import struct
-import warnings
 from pathlib import Path
 from typing import IO
 
-from curiosight.datasets.palette import FAULTS, PNG_SIGNATURE, TIFF_SIGNATURES
+from curiosight.datasets.palette import PNG_SIGNATURE
+from curiosight.datasets.tiff_tags import HEIGHT, TIFF_SIGNATURES, WIDTH, tiff_tags
 from curiosight.errors.inputs import check_file
 
 Size = tuple[int, int]
 
 # More than any camera has: 400 MB of colour.
 MAX_PIXELS = 2**27
-# BMP, TIFF, WebP, and the formats of Netpbm.
-OTHERS = (b"BM", *TIFF_SIGNATURES, b"RIFF", *(b"P%d" % kind for kind in range(1, 7)))
-FORMATS = ("BMP", "TIFF", "WEBP", "PPM")
+# Width and height stand among the first bytes, after remarks of any length.
+NETPBM_STARTS = tuple(b"P%d" % kind for kind in range(1, 7))
+_NETPBM_BYTES = 4096
+_OS2_HEADER = 12  # bytes; of BMP
 JPEG_START = b"\xff\xd8"
 # Start of frame: all of these markers but those of tables.
 _FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
@@ -32,7 +34,16 @@ def size_in_header(file: IO[bytes]) -> Size | None:
     file.seek(0)
     if head.startswith(JPEG_START):
         return _jpeg_size(file)
-    return _size_by_pillow(file) if head.startswith(OTHERS) else None
+    if head.startswith(TIFF_SIGNATURES):
+        return _tiff_size(file)
+    if head.startswith(NETPBM_STARTS):
+        return _netpbm_size(file.read(_NETPBM_BYTES))
+    head = file.read(30)
+    if len(head) < 30:
+        return None
+    if head.startswith(b"BM"):
+        return _bmp_size(head)
+    return _webp_size(head) if head.startswith(b"RIFF") and head[8:12] == b"WEBP" else None
 
 
 def size_in_file(path: Path) -> Size | None:
@@ -69,15 +80,35 @@ def _jpeg_size(file: IO[bytes]) -> Size | None:
     return None
 
 
-def _size_by_pillow(file: IO[bytes]) -> Size | None:
-    from PIL import Image
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(file, formats=FORMATS) as image:
-                return image.size
-    except Image.DecompressionBombError:
-        return MAX_PIXELS, MAX_PIXELS
-    except FAULTS:
+def _tiff_size(file: IO[bytes]) -> Size | None:
+    tags = tiff_tags(file)
+    if WIDTH not in tags or HEIGHT not in tags:
         return None
+    return tags[WIDTH].values[0], tags[HEIGHT].values[0]
+
+
+def _bmp_size(head: bytes) -> Size | None:
+    if struct.unpack_from("<I", head, 14)[0] == _OS2_HEADER:
+        return struct.unpack_from("<HH", head, 18)
+    width, height = struct.unpack_from("<ii", head, 18)
+    return (width, abs(height)) if width > 0 else None  # below 0: rows from top to bottom
+
+
+def _webp_size(head: bytes) -> Size | None:
+    kind = head[12:16]
+    if kind == b"VP8X":
+        return 1 + int.from_bytes(head[24:27], "little"), 1 + int.from_bytes(head[27:30], "little")
+    if kind == b"VP8L" and head[20] == 0x2F:
+        bits = int.from_bytes(head[21:25], "little")
+        return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)
+    if kind == b"VP8 " and head[23:26] == b"\x9d\x01\x2a":
+        width, height = struct.unpack_from("<HH", head, 26)
+        return width & 0x3FFF, height & 0x3FFF
+    return None
+
+
+def _netpbm_size(head: bytes) -> Size | None:
+    words = re.sub(rb"#[^\r\n]*", b" ", head[2:]).split(maxsplit=2)[:2]
+    if len(words) < 2 or not all(word.isdigit() and len(word) < 10 for word in words):
+        return None
+    return int(words[0]), int(words[1])

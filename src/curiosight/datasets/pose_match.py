@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.pose_text import PoseRow
 from curiosight.datasets.trajectory import Trajectory, parse_stamp
 from curiosight.errors import DataError
 from curiosight.frame import Pose
+from curiosight.frame.rotations import quaternion_of
 
 # A tracker may lose many frames, and a stamp with a fraction is not hit by chance; counted names
 # are, so nearly all of theirs must be there.
@@ -161,7 +161,7 @@ def _between(
     trajectory = Trajectory(
         np.array(ordered, np.int64),
         matrices[:, :3, 3],
-        Rotation.from_matrix(matrices[:, :3, :3]).as_quat(),
+        quaternion_of(matrices[:, :3, :3]),
     )
     # A stamp that is not known lies before any time, where no pose is.
     poses = trajectory.interpolated([-1 if stamp is None else stamp for stamp in stamps])

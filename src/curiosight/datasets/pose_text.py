@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.arrays import read_array
 from curiosight.errors.inputs import read_text
 from curiosight.frame import MAX_AWAY, Pose, is_rigid
+from curiosight.frame.rotations import matrix_of
 
 MAX_BYTES = 100_000_000
 # Of lines that are not as long as the others, in a file that is still a trajectory.
@@ -222,7 +222,7 @@ def _is_unit(quaternions: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
 
 def _pose(position: npt.NDArray[np.float64], quaternion: npt.NDArray[np.float64]) -> Pose:
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    pose[:3, :3] = matrix_of(quaternion)
     pose[:3, 3] = position
     return pose
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation, Slerp
 
 from curiosight.datasets.decoding import UnreadableFile
 from curiosight.datasets.pose_text import MAX_HEADER_LINES, w_is_first
 from curiosight.errors import DataError
 from curiosight.errors.inputs import read_bytes, read_text
 from curiosight.frame import MAX_AWAY, Pose, is_rigid
+from curiosight.frame.rotations import between, matrix_of
 
 MAX_GAP_NS = 500_000_000
 MAX_STAMP_NS = np.iinfo(np.int64).max
@@ -50,7 +50,7 @@ class Trajectory:
     def poses(self) -> list[Pose | None]:
         """Return every row as a (4, 4) pose, None where the row is not valid."""
         return [
-            _pose(position, Rotation.from_quat(quaternion)) if is_valid else None
+            _pose(position, quaternion) if is_valid else None
             for position, quaternion, is_valid in zip(
                 self.positions, self.quaternions, self.valid, strict=True
             )
@@ -65,12 +65,12 @@ class Trajectory:
         """
         stamps, first = np.unique(self.stamps_ns[self.valid], return_index=True)
         positions = self.positions[self.valid][first]
-        rotations = Rotation.from_quat(self.quaternions[self.valid][first]) if len(first) else None
+        rotations = self.quaternions[self.valid][first]
         wanted = np.asarray(stamps_ns, np.int64)
         after = np.searchsorted(stamps, wanted)
         poses: list[Pose | None] = []
         for stamp, right in zip(wanted, after, strict=True):
-            if rotations is None or right == len(stamps):
+            if right == len(stamps):
                 poses.append(None)
             elif stamps[right] == stamp:
                 poses.append(_pose(positions[right], rotations[right]))
@@ -80,7 +80,7 @@ class Trajectory:
                 left = right - 1
                 share = float(stamp - stamps[left]) / float(stamps[right] - stamps[left])
                 position = (1 - share) * positions[left] + share * positions[right]
-                rotation = Slerp([0.0, 1.0], rotations[left : right + 1])(share)
+                rotation = between(rotations[left], rotations[right], share)
                 poses.append(_pose(position, rotation))
         return poses
 
@@ -187,8 +187,8 @@ def read_trajectory(path: Path) -> Trajectory:
     return Trajectory(stamps_ns, numbers[:, :3], np.roll(numbers[:, 3:], -n_ahead, axis=1))
 
 
-def _pose(position: npt.NDArray[np.float64], rotation: Rotation) -> Pose:
+def _pose(position: npt.NDArray[np.float64], quaternion: npt.NDArray[np.float64]) -> Pose:
     pose = np.eye(4)
-    pose[:3, :3] = rotation.as_matrix()
+    pose[:3, :3] = matrix_of(quaternion)
     pose[:3, 3] = position
     return pose

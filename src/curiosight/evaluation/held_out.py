@@ -81,6 +81,8 @@ class HeldOut:
         self.n_given = len(given)
         self._views = [view for view in given if len(view.rows)]
         self.n_frames = sum(bool(view.salient.any()) for view in self._views)
+        # The places among all that were given of those that have an F1.
+        self.scored = [number for number, view in enumerate(given) if view.salient.any()]
         self._starts = np.cumsum([0, *(len(view.rows) for view in self._views)])[:-1]
         nothing = np.empty(0, np.int64)
         self._salient = np.concatenate([nothing, *(view.salient for view in self._views)])

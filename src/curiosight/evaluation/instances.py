@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
+
+from curiosight.frame.assignment import best_pairs
 
 Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.integer]
@@ -81,7 +82,7 @@ def score_instances(
     shared = np.array([[np.count_nonzero(t & p) for p in of_prediction] for t in of_truth])
     sizes = [np.array([np.count_nonzero(mask) for mask in m]) for m in (of_truth, of_prediction)]
     f = 2 * shared / (sizes[0][:, None] + sizes[1])
-    matches = [(t, p) for t, p in zip(*linear_sum_assignment(-f), strict=True) if shared[t, p]]
+    matches = [(t, p) for t, p in zip(*best_pairs(f), strict=True) if shared[t, p]]
     n_shared = sum(int(shared[match]) for match in matches)
     return InstanceScore(
         Agreement(n_shared / int(sizes[1].sum()), n_shared / int(sizes[0].sum())),

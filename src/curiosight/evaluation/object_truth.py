@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import distance_transform_edt
 
+from curiosight.evaluation.nearest import nearest_marked
 from curiosight.frame import Label
 
 Bools = npt.NDArray[np.bool_]
@@ -60,11 +60,13 @@ class ObjectTruth:
         """None where nothing is salient."""
         if self.n_salient == 0:
             return None
-        # SciPy's choice among salient pixels equally near is the reference programs' choice.
-        distances, (v, u) = distance_transform_edt(~self.is_salient, return_indices=True)
+        nearest = nearest_marked(self.is_salient)
+        rows, columns = np.indices(nearest.shape)
+        v, u = np.divmod(nearest, nearest.shape[1])
+        distances = np.sqrt((v - rows) ** 2 + (u - columns) ** 2)
         fading = np.exp(np.log(0.5) / HALF_IMPORTANCE_PX * distances)
         return Surroundings(
-            nearest=np.ravel_multi_index((v, u), self.is_salient.shape),
+            nearest=nearest,
             importance=np.where(self.is_salient, 1.0, 2 - fading),
         )
 

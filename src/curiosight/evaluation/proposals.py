@@ -12,8 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import find_objects
 
+from curiosight.frame.boxes import boxes_of
 from curiosight.learner.description import Saliency
 
 Array = npt.NDArray[Any]
@@ -41,7 +41,7 @@ def propose(
     instances: (H, W), 0 = none. saliency: (H, W) in [0, 1]. top: how many; None = all.
     """
     proposals = []
-    for number, place in enumerate(find_objects(instances), start=1):
+    for number, place in enumerate(boxes_of(instances), start=1):
         if place is None:
             continue
         rows, columns = place

@@ -4,27 +4,61 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets.dataset import GroundTruth
 from curiosight.datasets.reading import AS_RECORDED
 from curiosight.errors import DataError
+from curiosight.experiments.snapshot import Snapshot
+from curiosight.explorer import Regions
 from curiosight.explorer.regions import needs_places
 from curiosight.frame import Camera, Frame, Pose
 from curiosight.learner.looks import Looks, look_of
 from curiosight.robot.cameras.camera import CameraError, CameraFeed
 from curiosight.robot.feed import EndedError, Feed, Shot
+from curiosight.teacher import Survey
 
 # So long somebody has for pointing a camera at all that it will look at.
 LOOK_ROUND_S = 3.0
 REGIONS = "places"
+BEGUN = "camera.npz"  # of a run's folder
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """What a watch found out of a camera's first frames, to go on with another time.
+
+    looks: (n, 800) uint8, of each frame. survey: None = nobody asked for it. regions: of them.
+    """
+
+    looks: npt.NDArray[np.uint8]
+    survey: Survey | None
+    regions: Regions
+
+    def write(self, path: Path, version: str) -> None:
+        """Write it whole; version: see `Snapshot`."""
+        Snapshot(version, (), {}).write(path, self, is_packed=True)
+
+    @classmethod
+    def read(cls, path: Path, version: str) -> Begun:
+        """Return it; raises `DataError` for a file that is damaged, or another's."""
+        begun = Snapshot(version, (), {}).read(path)
+        is_fit = isinstance(begun, cls) and len(begun.looks) == len(begun.regions.of_view)
+        if not is_fit:
+            raise DataError(path, "holds no first frames of a camera", "begin anew")
+        return begun  # type: ignore[no-any-return]
 
 
 class FirstFrames:
     """Look round with a camera, and keep what was seen; a `Dataset`.
 
     n: so many frames are taken, evenly over `LOOK_ROUND_S`. is_wanted: asked meanwhile.
+    begun: of another time; then one frame is taken, and the others are taken for known.
     rest: the frames that come after them, each by the number of that first one which looks most
         like it: a camera without poses is where it looks as it did there.
 
@@ -32,26 +66,34 @@ class FirstFrames:
     """
 
     def __init__(
-        self, feed: CameraFeed, n: int, is_wanted: Callable[[], bool] = lambda: True
+        self,
+        feed: CameraFeed,
+        n: int,
+        is_wanted: Callable[[], bool] = lambda: True,
+        begun: Begun | None = None,
     ) -> None:
         with as_data_error():
-            frames = _look_round(feed, n, is_wanted)
+            frames = _look_round(feed, n if begun is None else 1, is_wanted)
         if not frames:
             raise DataError(feed.device.name, "has no frames", "give one that has some")
         self.name, self.remarks = feed.device.name, feed.device.remarks
-        self._frames = frames
-        self.ids: Sequence[str] = tuple(f"first-{number:03d}" for number in range(len(frames)))
-        self.poses: Sequence[Pose | None] = (None,) * len(frames)
+        self._frames, self.begun = frames, begun
+        self.looks = np.stack([look_of(frame.rgb) for frame in frames])
+        if begun is not None:
+            self.looks = begun.looks
+        self.ids: Sequence[str] = tuple(f"first-{number:03d}" for number in range(len(self.looks)))
+        self.poses: Sequence[Pose | None] = (None,) * len(self.ids)
         self.camera: Camera | None = frames[0].camera
         self.has_depth = feed.device.has_depth
         feed.n_missed = 0  # nobody wanted those
-        self.rest: Feed = _Recognised(feed, frames)
+        self.rest: Feed = _Recognised(feed, self.looks)
 
     def __len__(self) -> int:
         return len(self.ids)
 
     def __getitem__(self, index: int) -> Frame:
-        return self._frames[index]
+        index = range(len(self))[index]
+        return self._frames[index if len(self._frames) == len(self) else 0]
 
     def let_go(self) -> None:
         """Forget the images: what there is to find out of them is found out."""
@@ -83,12 +125,10 @@ def as_data_error() -> Iterator[None]:
 
 
 class _Recognised:
-    """A feed whose frames are told by which of some known ones they look like."""
+    """A feed whose frames are told by which of some known ones they look like: (n, 800) looks."""
 
-    def __init__(self, feed: CameraFeed, known: Sequence[Frame]) -> None:
-        self._feed, self._looks = feed, Looks()
-        for frame in known:
-            self._looks.append(look_of(frame.rgb))
+    def __init__(self, feed: CameraFeed, looks: npt.NDArray[np.uint8]) -> None:
+        self._feed, self._looks = feed, Looks(looks)
 
     @property
     def n_missed(self) -> int:

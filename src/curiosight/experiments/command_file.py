@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, fields
+from math import inf
 from pathlib import Path
 from typing import Self
 
@@ -31,6 +32,11 @@ class GivenCommand:
         """Write it into a run's folder."""
         folder.write_json(COMMAND, asdict(self))
 
+    def check(self) -> None:
+        """Raise TypeError for what no command was given."""
+        if not all(isinstance(getattr(self, name), str | None) for name in _TEXTS):
+            raise TypeError("expected text")
+
     @classmethod
     def read(cls, run: Path, command: str) -> Self:
         """Return what a run's folder was made with; DataError if not by this command."""
@@ -40,8 +46,7 @@ class GivenCommand:
         try:
             found = json.loads(path.read_text("utf-8"))
             known = cls(**{field.name: found[field.name] for field in fields(cls)})
-            if not all(isinstance(one, str | None) for one in found.values()):
-                raise TypeError("expected text")
+            known.check()
         except FileNotFoundError as error:
             found_none = f"holds no {COMMAND}, by which a run is gone on with"
             raise DataError(run, found_none, remedy) from error
@@ -52,3 +57,23 @@ class GivenCommand:
         if known.command != command:
             raise DataError(run, f"was written by {known.command}, not by {command}", remedy)
         return known
+
+
+_TEXTS = [field.name for field in fields(GivenCommand)]
+
+
+@dataclass(frozen=True, slots=True)
+class GivenWatch(GivenCommand):
+    """A watch with what it reads, whether it learns, and after how many seconds it ends, if ever.
+
+    from_: the model that it began with.
+    """
+
+    learn: bool = False
+    seconds: float | None = None
+
+    def check(self) -> None:
+        GivenCommand.check(self)
+        is_known = isinstance(self.seconds, float) and 0 < self.seconds < inf
+        if not isinstance(self.learn, bool) or not (self.seconds is None or is_known):
+            raise TypeError("expected whether it learns, and seconds")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
@@ -23,21 +22,22 @@ from curiosight.experiments.components import (
     survey_dataset,
 )
 from curiosight.experiments.problems import Lessons, Problems
+from curiosight.experiments.transfer import Matrix, rounded, transfer
 from curiosight.experiments.truth import find_truth_of_all, split_or_every_nth
 from curiosight.frame import Frame
+from curiosight.learner.drift import Event
 from curiosight.learner.observation import Teaches
 from curiosight.rooms import HomeViews
 from curiosight.rooms.drawn_views import DrawnViews
 from curiosight.worlds.sources import is_drawn, open_source
-
-Matrix = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Episode:
     """What is learned in one go, and what tells how well it is known.
 
-    training, tests: numbers of frames of `dataset` and of `test_set`.
+    training, tests: numbers of frames of `dataset` and of `test_set`. change: of what is known by
+    then, in words; "" = none, so that an alarm is a false one; None = that is not known.
     """
 
     name: str
@@ -45,16 +45,21 @@ class Episode:
     training: Sequence[int]
     test_set: Dataset
     tests: Sequence[int]
+    change: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Alarm:
-    """A place was no longer what had been learned of it. look: from 0, over all episodes."""
+class Alarmed:
+    """A place was no longer what had been learned of it. event: its look is from 0, over all."""
 
-    look: int
     episode: int
     look_in_episode: int
-    id: str
+    event: Event
+
+    def summary(self) -> dict[str, Any]:
+        """Return it, JSON-able."""
+        inside = {"episode": self.episode, "look_in_episode": self.look_in_episode}
+        return inside | self.event.summary()
 
 
 class Continual:
@@ -72,7 +77,7 @@ class Continual:
         self.config, self.episodes = config, episodes
         self.learner = make_learner(config, None)
         self.problems, self.lessons = Problems(), Lessons()
-        self.alarms: list[Alarm] = []
+        self.alarms: list[Alarmed] = []
         self.n_looks = 0
         self._model = model
         self._teachers: dict[int, Teaches] = {}
@@ -93,8 +98,9 @@ class Continual:
                     observation = self.learner.observe(frame)
                     self.problems.add_told(frame, observation.segmentation)
                     self.lessons.add(frame, observation.segmentation)
-                    if observation.change.has_drifted:
-                        self.alarms.append(Alarm(self.n_looks, number, look, frame.id))
+                    if (alarm := observation.change.alarm) is not None:
+                        event = Event(self.n_looks, frame.id, alarm)
+                        self.alarms.append(Alarmed(number, look, event))
                     self.n_looks += 1
                     yield number, frame
             self._test(number)
@@ -133,6 +139,32 @@ class Continual:
             raise DataError(Path(place(test_set)), found, "choose another source")
         return held_out
 
+    def changes(self) -> list[dict[str, Any]]:
+        """Return of each episode whose change is known how it was noticed, JSON-able.
+
+        frames_until_alarm: looks of the episode up to and with its first alarm; None = none came.
+        false_alarms: those of an episode without any change.
+        """
+        changes = []
+        for number, episode in enumerate(self.episodes):
+            alarms = [alarm for alarm in self.alarms if alarm.episode == number]
+            if episode.change is None:
+                continue
+            is_changed = bool(episode.change) and bool(alarms)
+            first = alarms[0] if is_changed else None
+            changes.append(
+                {
+                    "episode": episode.name,
+                    "change": episode.change,
+                    "looks": len(episode.training),
+                    "alarms": len(alarms),
+                    "frames_until_alarm": None if first is None else 1 + first.look_in_episode,
+                    "reason": None if first is None else first.event.alarm.reason,
+                    "false_alarms": 0 if episode.change else len(alarms),
+                }
+            )
+        return changes
+
     def summary(self) -> dict[str, Any]:
         """Return what was learned and what was left of it, JSON-able."""
         return {
@@ -140,9 +172,10 @@ class Continual:
             "preset": self.config.preset,
             "seed": self.config.run.seed,
             "looks": self.n_looks,
-            "qualities": [[_rounded(q) for q in row] for row in self.qualities.tolist()],
+            "qualities": [[rounded(q) for q in row] for row in self.qualities.tolist()],
             **transfer(self.qualities),
-            "alarms": [asdict(alarm) for alarm in self.alarms],
+            "alarms": [alarm.summary() for alarm in self.alarms],
+            "changes": self.changes(),
             "places": self.learner.experts.n_views(),
             "samples": self.learner.n_samples,
             "problems": self.problems.counts(),
@@ -185,30 +218,3 @@ def _whole(name: str, dataset: Dataset, config: Config) -> Episode:
         return Episode(name, dataset, range(len(dataset)), test_set, range(len(test_set)))
     training, tests = split_or_every_nth(config, dataset)
     return Episode(name, dataset, training, dataset, tests)
-
-
-def transfer(qualities: Matrix) -> dict[str, float | None]:
-    """Return what a matrix of qualities says of the episodes that are done.
-
-    qualities: (n, n), see `Continual`. average_quality: of all episodes after the last;
-    backward_transfer: by how much what is learned later helps (or, below 0, harms) an episode
-    since it was learned (Lopez-Paz and Ranzato, 2017); forgetting: by how much less it is known
-    than when it was known best (Chaudhry et al., 2018). Means over all episodes but the last; None
-    before two are done.
-    """
-    done = int(np.isfinite(qualities).any(axis=1).sum())
-    known = qualities[:done, :done]
-    average = float(known[-1].mean()) if done else None
-    if done < 2:
-        return {"average_quality": _rounded(average), "backward_transfer": None, "forgetting": None}
-    last, first = known[-1, :-1], np.diag(known)[:-1]
-    best = [known[column:, column].max() for column in range(done - 1)]
-    return {
-        "average_quality": _rounded(average),
-        "backward_transfer": _rounded(float((last - first).mean())),
-        "forgetting": _rounded(float((np.array(best) - last).mean())),
-    }
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None or np.isnan(value) else round(value, 6)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
+from curiosight.datasets.places import known_places
 from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import make_teacher
 from curiosight.experiments.problems import Problems
 from curiosight.experiments.truth import Truth, find_truth, find_truth_of_all, split_frames
+from curiosight.frame import Frame
+from curiosight.learner.description import Labels
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
 from curiosight.rooms.drawn_views import DrawnViews
@@ -29,6 +32,8 @@ class ExplorationTests:
         would leave too few others (`LEAST_TO_LEARN`).
     is_within_reach: (len(dataset),) of each frame whether it can be learned from.
     training: the frames to learn from. held_out, problems: of the frames of `truth`.
+    places: (n_frames,) of each frame that has an F1 its room, -1 = not known; truth, for the report
+        alone. None where rooms are not known.
     n_before_change: looks after which `go_on_after_change` is due; None = never.
     is_asked: for by settings or `test_source`, or by the room.
     unused_truth: why the ground truth of the recording cannot be tested against, where it was
@@ -38,6 +43,7 @@ class ExplorationTests:
     truth: Truth
     problems: Problems
     held_out: HeldOut
+    places: npt.NDArray[np.int64] | None
 
     def __init__(
         self,
@@ -87,8 +93,15 @@ class ExplorationTests:
     def _test_on(self, truth: Truth) -> None:
         self.truth = truth
         self.problems = Problems()
-        labelled = truth.labelled_frames(self.problems)
+        ids: list[str] = []
+        labelled = _noting(truth.labelled_frames(self.problems), ids)
         self.held_out = HeldOut(self._learner, describe_tests(self._learner, labelled))
+        known = known_places(truth.dataset) if truth.indices else None
+        self.places = None
+        if known is not None:
+            place_of = dict(zip(truth.dataset.ids, known, strict=True))
+            scored = [place_of[ids[number]] for number in self.held_out.scored]
+            self.places = np.array(scored, np.int64)
 
     def _truth_of(self, test_source: Dataset) -> Truth:
         return find_truth_of_all(
@@ -97,3 +110,12 @@ class ExplorationTests:
             lambda: make_teacher(self._config, test_source),
             max_frames=self._config.test.max_frames,
         )
+
+
+def _noting(
+    labelled: Iterator[tuple[Frame, Labels]], ids: list[str]
+) -> Iterator[tuple[Frame, Labels]]:
+    """Yield labelled frames, and note their ids."""
+    for frame, labels in labelled:
+        ids.append(frame.id)
+        yield frame, labels

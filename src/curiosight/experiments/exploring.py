@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
+from curiosight.datasets.places import known_places
 from curiosight.errors import DataError
 from curiosight.experiments.command_file import COMMAND, GivenCommand
 from curiosight.experiments.components import (
@@ -29,6 +30,7 @@ from curiosight.experiments.components import (
 )
 from curiosight.experiments.dividing import choose_regions, graph_ways
 from curiosight.experiments.exploration_tests import ExplorationTests
+from curiosight.experiments.handing_on import Continued, HandedOn, Rooms, own_regions
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
@@ -40,6 +42,7 @@ from curiosight.experiments.tables import DECISIONS as DECISIONS
 from curiosight.experiments.tables import Tables
 from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.explore import Step, explore
+from curiosight.explorer import Regions
 from curiosight.explorer.decision import Decision
 from curiosight.explorer.ground import Ways
 from curiosight.explorer.own import is_own
@@ -47,6 +50,7 @@ from curiosight.explorer.strategies import check_loadable, make_strategy
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
+from curiosight.learner.experts import Change
 from curiosight.teacher import Segmentation, TemporalTeacher
 from curiosight.worlds.travel import travel_seconds
 
@@ -98,7 +102,11 @@ class Exploration:
         learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
         self.survey = survey_dataset(config, dataset)
         self.teacher = make_teacher(config, dataset, self.survey)
-        self.regions = choose_regions(config, dataset, self.survey)
+        version = "" if given is None else given.version
+        self.continued: Continued | None = None
+        if continued is not None and not self._is_kept:
+            self.continued = Continued(continued, config, dataset, version)
+        self.regions = self._known_regions() or choose_regions(config, dataset, self.survey)
         if continued is None or self._is_kept:
             self.learner = make_learner(config, self.teacher, learner_rng)
         else:
@@ -108,6 +116,9 @@ class Exploration:
         self.tests = ExplorationTests(
             config, dataset, self.learner, self.teacher, reachable, test_source
         )
+        # Tests of a home that changes are of two homes.
+        changes = self.tests.n_before_change is not None
+        self._place_of_view = None if changes else known_places(dataset)
         self._graph_ways = graph_ways(self.regions, dataset.poses)
         self.world = make_world(
             config, dataset, self.regions, self.tests.training, self._graph_ways
@@ -117,8 +128,12 @@ class Exploration:
         self._strategy = choose_strategy(config, views, strategy_rng, ways=ways)
         self.stopwatch = self._watch()
         self._keeping = keeping or Keeping()
+        self._rooms = Rooms.of(config, dataset, self.regions)
         self._snapshot = self._make_snapshot(ways)
         self.last_decisions: Sequence[tuple[int, Decision]] = ()
+        if self.continued is not None:
+            self.continued.tell(self._strategy, views, ways)
+            self.continued.remember(self._remembering)
         sizes = self._take_up() if self._is_kept else None
         self.world.upcoming = self._strategy.upcoming
         if mode != "told":
@@ -126,6 +141,8 @@ class Exploration:
             stages, last = self.stopwatch.stages, self.last_decisions
             self._tables = Tables(out, self._strategy, stages, n_kept=sizes, last=last)
             self.last_decisions = self._tables.last_decisions
+        if mode == "new":
+            self._write_beginning()
 
     def __iter__(self) -> Iterator[tuple[Step, StepRow]]:
         """Run the loop; yield each step and its row once both are on disk."""
@@ -252,8 +269,9 @@ class Exploration:
         names = {*RESULTS, *leftovers}
         model = self.out.path / MODEL
         if self._continued is not None and self._continued.resolve() == model.resolve():
-            names.remove(MODEL)
+            names -= {MODEL, STATE}
             self.out.keep(MODEL)
+            self.out.keep(STATE)
         if self._is_kept:
             names -= {MODEL, STATE, DECISIONS}
         self.out.hold()
@@ -261,8 +279,21 @@ class Exploration:
         self.out.remove([*(MAKING if is_new else ()), *sorted(names)])
         if is_new:
             self.out.write_text(CONFIG, to_toml(self.config))
-            if self._given is not None:
-                self._given.write(self.out)
+
+    def _write_beginning(self) -> None:
+        """Write by what the run can be gone on with; what it was handed on first."""
+        if self.continued is not None:
+            self._keep_state()
+        if self._given is not None:
+            self._given.write(self.out)
+
+    def _known_regions(self) -> Regions | None:
+        """Return the regions that were handed on; None where they are to be divided."""
+        if self.continued is not None:
+            return self.continued.regions()
+        if self._continued is not None and self._is_kept:
+            return own_regions(self.out.path / STATE, self.dataset)
+        return None
 
     def _make_snapshot(self, ways: Ways) -> Snapshot:
         """Return what keeps the state; all that the command makes anew is outside of it."""
@@ -288,11 +319,14 @@ class Exploration:
             return
         if not is_done:
             self._note_time()
+        looks = self.so_far.looks
+        memory = teacher.memory() if (teacher := self._remembering) else None
         state: dict[str, Any] = {
+            "handed_on": HandedOn(self._rooms, looks, memory),
             "sizes": self._tables.sync(),
             "so_far": self.so_far,
             "decisions": list(self.last_decisions),
-            "teacher": teacher.memory() if (teacher := self._remembering) else None,
+            "teacher": memory,
         }
         if not is_done:
             state |= {
@@ -305,6 +339,7 @@ class Exploration:
             self._snapshot.write(self.out.file(STATE), state, is_packed=is_done)
         except ValueError as error:
             self.unkept = str(error)
+            self.out.remove([STATE])  # of the run that this one continues
 
     def _note_time(self) -> None:
         now = time.perf_counter()
@@ -370,7 +405,24 @@ class Exploration:
             degrees=so_far.odometer.degrees,
             overall_error=self.tests.held_out.overall_error(observation.change),
         )
+        self._note_place(step)
         return so_far.last
+
+    def _note_place(self, step: Step) -> None:
+        """Keep how well all places are known once the run has left one that it has learned."""
+        if self._place_of_view is None or self.tests.places is None:
+            return
+        left, forgetting = self.so_far.forgetting.here, self.so_far.forgetting
+        if forgetting.is_left(self._place_of_view[step.viewpoint.index]) and left is not None:
+            errors = self.tests.held_out.errors(Change({}))
+            forgetting.add(left, errors, self.tests.places)
+
+    def _forgetting(self) -> dict[str, Any] | None:
+        """Return what is left of each place; None where they are not known, or only one."""
+        if self._place_of_view is None or self.tests.places is None or not self.so_far.n_steps:
+            return None
+        errors = self.tests.held_out.errors(Change({}))
+        return self.so_far.forgetting.summary(errors, self.tests.places)
 
     def summary(self) -> dict[str, Any]:
         """Return what has been done so far, JSON-able; without what the clock told."""
@@ -396,6 +448,9 @@ class Exploration:
             "test_frames": self.tests.held_out.n_frames,
             "samples": last.samples if last else 0,
             "places": self.learner.experts.n_views(),
+            "forgetting": self._forgetting(),
+            "n_alarms": self.so_far.n_alarms,
+            "alarms": [event.summary() for event in self.so_far.events],
             "metres": last.metres if last else 0.0,
             "degrees": last.degrees if last else 0.0,
             "problems": self.problems.counts(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher import Segmentation
@@ -47,6 +47,28 @@ class _Frames:
     ids: set[str] = field(default_factory=set)
 
 
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """What was wrong with a look, in words; None = nothing.
+
+    id: of its frame. frame: with its files. told: as its teacher says. lacks: to be more than what
+    depth alone tells. nothing: why it taught nothing about objects.
+    """
+
+    id: str
+    frame: str | None
+    told: str | None
+    lacks: str | None
+    nothing: str | None
+
+    @classmethod
+    def of(cls, frame: Frame, segmentation: Segmentation) -> Self:
+        """Return what was wrong with a look at a frame."""
+        nothing = _why_nothing(frame, segmentation)
+        told, lacks = segmentation.problem, segmentation.lacks or None
+        return cls(frame.id, frame.problem, told, lacks, nothing)
+
+
 class Problems:
     """Count the frames that taught nothing, by what was wrong; each counts once.
 
@@ -61,16 +83,20 @@ class Problems:
 
     def add(self, frame: Frame, problem: str | None = None) -> None:
         """Take note of a frame where anything is wrong: with its files, or as `problem` says."""
-        if frame.problem is not None:
-            _count(self._frames, BAD_FRAME, frame.id, f" ({frame.problem})")
-        elif problem is not None:
-            _count(self._frames, problem, frame.id)
+        self.note(Trouble(frame.id, frame.problem, problem, None, None))
 
     def add_told(self, frame: Frame, segmentation: Segmentation) -> None:
         """Take note of a frame where anything is wrong: as `add`, or as its teacher says."""
-        self.add(frame, segmentation.problem)
-        if frame.problem is None and segmentation.problem is None and segmentation.lacks:
-            _count(self._by_depth_alone, segmentation.lacks, frame.id)
+        self.note(Trouble.of(frame, segmentation))
+
+    def note(self, one: Trouble) -> None:
+        """Take note of a frame where anything is wrong."""
+        if one.frame is not None:
+            _count(self._frames, BAD_FRAME, one.id, f" ({one.frame})")
+        elif one.told is not None:
+            _count(self._frames, one.told, one.id)
+        elif one.lacks is not None:
+            _count(self._by_depth_alone, one.lacks, one.id)
 
     def counts(self) -> dict[str, int]:
         """Return the number of frames of each problem."""
@@ -115,8 +141,11 @@ class Lessons:
 
     def add(self, frame: Frame, segmentation: Segmentation) -> None:
         """Count a look at a frame, by what its teacher said of it."""
+        self.note(_why_nothing(frame, segmentation))
+
+    def note(self, reason: str | None) -> None:
+        """Count a look; reason: why it taught nothing about objects, None = it did."""
         self.n_looks += 1
-        reason = _why_nothing(frame, segmentation)
         if reason is not None:
             self._reasons[reason] += 1
 

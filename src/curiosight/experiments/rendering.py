@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets import KnowsPlaces
 from curiosight.datasets.depth_files import MILLIMETRES
 from curiosight.datasets.layouts import seven_scenes, tum_rgbd
 from curiosight.experiments.output import OutputFolder
 from curiosight.frame import Camera, Depth, Frame, Pose
+from curiosight.frame.rotations import quaternion_of
 from curiosight.rooms.drawn_views import CAMERA, DrawnViews
 
 Layout = Literal["7scenes", "tum", "plain"]
@@ -156,5 +156,5 @@ def _camera_file(camera: Camera, depth_scale: float) -> str:
 
 
 def _pose_line(stamp: str, pose: Pose) -> str:
-    numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
+    numbers = (*pose[:3, 3], *quaternion_of(pose[:3, :3]))
     return " ".join([stamp, *(f"{number:.9f}" for number in numbers)])

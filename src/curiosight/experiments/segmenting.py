@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import find_objects
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
@@ -16,6 +15,7 @@ from curiosight.experiments.components import make_teacher, survey_dataset
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Problems
 from curiosight.frame import Frame
+from curiosight.frame.boxes import boxes_of
 from curiosight.teacher import REASONS, Cluster, Segmentation, Teacher, TemporalTeacher
 
 
@@ -110,8 +110,9 @@ def describe_objects(
     """
     described = []
     for number, (cluster, box) in enumerate(
-        zip(objects, find_objects(instances), strict=True), start=1
+        zip(objects, boxes_of(instances), strict=True), start=1
     ):
+        assert box is not None, "each object has pixels"
         rows, columns = box
         described.append(
             {

@@ -29,7 +29,7 @@ class Snapshot:
         outside: Mapping[str, object],
         own: Iterable[str] = (),
     ) -> None:
-        self._version, self._frames = version, _fingerprint(ids)
+        self._version, self._frames = version, fingerprint(ids)
         self._outside, self._own = dict(outside), tuple(own)
 
     def write(self, path: Path, state: object, *, is_packed: bool = False) -> None:
@@ -57,7 +57,24 @@ class Snapshot:
             raise DataError(path, f"holds no usable state ({error})", "begin anew") from error
 
 
-def _fingerprint(ids: Iterable[str]) -> str:
+def read_first(path: Path) -> tuple[str, Any]:
+    """Return the version that wrote a state, and the first value of it, which stands by itself.
+
+    state: a dict. Raises DataError for a damaged file; of which run and version it is does not
+    matter, so all that the value needs is in it.
+    """
+    header, arrays = read_archive(path, KIND)
+    try:
+        kind, _, values = header["state"]
+        if kind != "dict":
+            raise ValueError(f"expected a dict, got {kind!r}")
+        return str(header["curiosight"]), GraphReader(arrays, {}).first_of(values)
+    except (*DAMAGE, IndexError, ImportError, RecursionError) as error:
+        raise DataError(path, f"holds no usable state ({error})", "begin anew") from error
+
+
+def fingerprint(ids: Iterable[str]) -> str:
+    """Return what stands for frames, by their names in order."""
     digest = hashlib.sha256()
     for one in ids:
         digest.update(one.encode("utf-8", "surrogatepass") + b"\0")

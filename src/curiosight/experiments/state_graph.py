@@ -25,7 +25,10 @@ from curiosight.learner.archive import MAX_BYTES
 # Whose classes hold state; none of theirs does anything while it is made again.
 PACKAGES = tuple(
     f"curiosight.{part}"
-    for part in ("experiments", "explorer", "evaluation", "frame", "learner", "teacher", "worlds")
+    for part in (
+        *("experiments", "explorer", "evaluation", "frame", "learner", "teacher", "worlds"),
+        *("robot.gauges", "robot.region_record"),
+    )
 )
 PLAIN = (type(None), bool, int, float, str)
 SEQUENCES: Mapping[str, Callable[[list[Any]], Any]] = {
@@ -122,12 +125,17 @@ class GraphWriter:
 
     def _name_of(self, kind: type) -> str:
         """Return a class by name, if an object of it is nothing but its attributes."""
-        name = f"{kind.__module__}:{kind.__qualname__}"
-        bases = {base for base in kind.__mro__ if base.__module__ == "builtins"}
-        is_plain = bases <= {object} or issubclass(kind, tuple | Enum)
-        if not is_plain or _found(name, self._own) is not kind:
-            raise ValueError(f"an object of {name.replace(':', '.')} cannot be kept")
-        return name
+        return _checked_name(kind, self._own)
+
+
+@functools.cache
+def _checked_name(kind: type, own: tuple[str, ...]) -> str:
+    name = f"{kind.__module__}:{kind.__qualname__}"
+    bases = {base for base in kind.__mro__ if base.__module__ == "builtins"}
+    is_plain = bases <= {object} or issubclass(kind, tuple | Enum)
+    if not is_plain or _found(name, own) is not kind:
+        raise ValueError(f"an object of {name.replace(':', '.')} cannot be kept")
+    return name
 
 
 class GraphReader:
@@ -157,6 +165,11 @@ class GraphReader:
         number = len(self._met)
         self._met.append(None)
         return self._new(number, kind, said)
+
+    def first_of(self, values: Sequence[Any]) -> Any:
+        """Return the first of the values of a dict that is the whole graph."""
+        self._met.append(None)  # the dict has the first number
+        return self.made(values[0])
 
     def _new(self, number: int, kind: str, said: Sequence[Any]) -> Any:
         """Make an object; what may hold itself is numbered before what it holds is made."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
+from curiosight.experiments.camera_start import FirstFrames
 from curiosight.experiments.components import (
     choose_strategy,
     heard,
@@ -31,6 +32,7 @@ from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
 from curiosight.robot.sinks.sink import Sink
 from curiosight.rooms.drawn_views import DrawnViews
+from curiosight.teacher import Survey
 from curiosight.worlds.travel import travel_seconds
 
 N_WARM_UP = 4
@@ -63,7 +65,8 @@ class Parts:
     """The parts of a watch.
 
     config: the settings, with those of the model and the strategy. teacher: None = there is no
-    depth to compare with. views: one a frame. up: (3,) in the world; None = not known.
+    depth to compare with. views: one a frame. up: (3,) in the world; None = not known. ways: see
+    `choose_strategy`. survey: of the source; None = nobody asked for it.
     """
 
     config: Config
@@ -73,24 +76,39 @@ class Parts:
     views: tuple[Viewpoint, ...]
     make_strategy: Callable[[tuple[Viewpoint, ...]], Strategy]
     up: npt.NDArray[np.float64] | None
+    ways: Ways | None
+    survey: Survey | None
 
 
-def make_parts(config: Config, dataset: Dataset, asked: Asked, drawn: DrawnViews | None) -> Parts:
+def make_parts(
+    config: Config,
+    dataset: Dataset,
+    asked: Asked,
+    drawn: DrawnViews | None,
+    regions: Regions | None = None,
+) -> Parts:
     """Survey a source, divide it into regions, and make all that watches it.
 
     drawn: the views that the frames were drawn from, which know the ways between them.
+    regions: that were handed on; None = it is divided.
     """
     check_regions(config)
     learner_rng, strategy_rng = np.random.default_rng(config.run.seed).spawn(2)
     has_teacher = asked.is_learning or dataset.has_depth or not config.teacher.is_depth
-    survey = survey_dataset(config, dataset) if has_teacher else None
+    begun = dataset.begun if isinstance(dataset, FirstFrames) else None
+    if begun is not None:
+        survey = begun.survey
+    else:
+        survey = survey_dataset(config, dataset) if has_teacher else None
     teacher = make_teacher(config, dataset, survey) if has_teacher else None
     if asked.model is None:
         learner = make_learner(config, teacher, learner_rng)
     else:
         learner, config = load_learner(asked.model, config, teacher, learner_rng)
     warm_up(config, dataset, teacher)
-    regions = choose_regions(config, drawn or dataset, survey)
+    if begun is not None:
+        regions = begun.regions
+    regions = regions or choose_regions(config, drawn or dataset, survey)
     ways = _ways_of(config, drawn or dataset, regions)
     strategy = asked.strategy or _strategy_for(config, dataset, ways)
     config = replace(config, explorer=replace(config.explorer, strategy=strategy))
@@ -106,6 +124,8 @@ def make_parts(config: Config, dataset: Dataset, asked: Asked, drawn: DrawnViews
         tuple(views),
         partial(choose_strategy, config, rng=strategy_rng, ways=ways),
         None if survey is None else survey.up_world,
+        ways,
+        survey,
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +16,17 @@ from curiosight.config import Config, to_toml
 from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.camera_start import FirstFrames
+from curiosight.experiments.command_file import GivenWatch
 from curiosight.experiments.components import note_frames, place
-from curiosight.experiments.deciding import DecisionsFile
+from curiosight.experiments.handing_on import Continued, own_regions
 from curiosight.experiments.keeping import Keeping
-from curiosight.experiments.output import OutputFolder, TableFile
+from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.watch_parts import Asked, make_parts
+from curiosight.experiments.snapshot import STATE
+from curiosight.experiments.watch_keeping import CONFIG, RESULTS, SUMMARY, WatchKeeper
+from curiosight.experiments.watch_parts import Asked, Parts, make_parts
+from curiosight.experiments.watched import LookRecord, Watched
+from curiosight.explorer import Regions
 from curiosight.learner.archive import MODEL, find_model
 from curiosight.robot.advice import Advice
 from curiosight.robot.feed import EndedError, Feed, Replay
@@ -30,9 +37,8 @@ from curiosight.robot.sinks.recorder import Recorder
 from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
-LOOKS, DECISIONS = "looks.csv", "decisions.csv"
-RESULTS = (MODEL, "summary.json", LOOKS, DECISIONS)
-COLUMNS = ("look", "seconds", "id", "region", "error", "samples")
+# Of the time of all cores that it uses the state may take so much, and so may the model.
+SHARE = 0.005
 
 
 class Watching:
@@ -41,7 +47,10 @@ class Watching:
     dataset: of a camera its `FirstFrames`, which more will follow.
     drawn: the views that were drawn, where the source is a drive: the explorer drives then, along
         its frames; else somebody has driven already, and it gives advice.
-    has_learned: the looks changed what the model says. ended: why the source has no more frames.
+    given: the command that it can be gone on with by; None = no state is kept for that.
+    is_resumed: it goes on where a kill or Ctrl-C ended the watch of this folder, made with the
+        same arguments.
+    ended: why the source has no more frames. is_in_time: the seconds that it was to last are over.
     """
 
     def __init__(
@@ -52,52 +61,101 @@ class Watching:
         asked: Asked,
         *,
         drawn: DrawnViews | None = None,
-        keeping: Keeping | None = None,
+        given: GivenWatch | None = None,
+        is_resumed: bool = False,
     ) -> None:
         self.dataset, self.out, self.asked = dataset, out, asked
-        self._keeping = keeping or Keeping()
-        self.problems, self.lessons = Problems(), Lessons()
-        self.has_learned = False
+        self._keeping = Keeping(max_share=SHARE, clock=time.process_time)
+        self._saving = Keeping(max_share=SHARE, clock=time.process_time)
         self.ended: str | None = None
-        self._ids: set[str] = set()
-        self.seconds = 0.0
-        parts = make_parts(config, dataset, asked, drawn)
-        if isinstance(dataset, FirstFrames):
-            dataset.let_go()
+        self.is_in_time = False
+        is_kept = is_resumed and (out.path / STATE).is_file()
+        self.continued: Continued | None = None
+        if asked.model is not None and not is_kept:
+            version = "" if given is None else given.version
+            self.continued = Continued(find_model(asked.model), config, dataset, version)
+        regions = self._known_regions(is_kept=is_kept)
+        if is_kept and asked.is_learning:
+            asked = replace(asked, model=None)  # the state holds what has come of it
+        parts = make_parts(config, dataset, asked, drawn, regions)
         self.config, self.learner, self.regions = parts.config, parts.learner, parts.regions
         drive = None if drawn is None else Drive(len(dataset))
         self.advice = Advice(parts.make_strategy, parts.views, parts.regions.names, drive=drive)
+        self.keeper = WatchKeeper(
+            out, parts, self.advice, dataset, given, is_learning=asked.is_learning
+        )
+        if self.continued is not None:
+            self.continued.tell(self.advice.strategy, self.advice.views, parts.ways)
+            self.continued.remember(self.keeper.remembering)
+        self._make_room(is_kept=is_kept)
+        self.keeper.begin(is_kept=is_kept)
         self.watch = Watch(
             self.learner,
-            _feed_of(dataset, drive),
+            _feed_of(dataset, drive, self.so_far.index),
             parts.teacher,
             is_learning=asked.is_learning,
             advice=self.advice,
             on_look=self._note,
         )
+        self.watch.go_on(self.so_far.counts, self.so_far.ages)
+        self.seconds = self.so_far.counts.seconds
+        self.keeper.keep(self.watch)
+        if not is_kept:
+            self.keeper.write_beginning()
+        if isinstance(dataset, FirstFrames):
+            dataset.let_go()
+        self._show(parts, drawn)
+
+    def _known_regions(self, *, is_kept: bool) -> Regions | None:
+        """Return the regions that were handed on; None where the source is to be divided."""
+        if self.continued is not None:
+            return self.continued.regions()
+        if self.asked.model is not None and is_kept:
+            return own_regions(self.out.path / STATE, self.dataset)
+        return None
+
+    def _show(self, parts: Parts, drawn: DrawnViews | None) -> None:
+        """Make what a page, a log and a viewer show."""
         outlines: Sequence[npt.NDArray[np.floating]] = () if drawn is None else drawn.outlines
         plan = Plan(parts.views, parts.regions.names, up=parts.up, outlines=outlines)
-        title = f"{place(dataset)}: {'driven by' if drawn else 'advised by'} {self.strategy}"
+        title = f"{place(self.dataset)}: {'driven by' if drawn else 'advised by'} {self.strategy}"
         self.shown = Shown(self.watch, plan, title=title, save=self._save_now())
         self._views, self._title = parts.views, title
-        self.recorders = [Recorder(self.watch, self.shown, sink) for sink in asked.sinks]
-        outdated = self._outdated()
-        if MODEL not in outdated:
-            out.keep(MODEL)  # else it would go with all that the earlier command wrote
-        out.remove(outdated)
-        out.write_text("config.toml", to_toml(self.config))
-        self._looks_file = TableFile(out.file(LOOKS), COLUMNS)
-        self._decisions = DecisionsFile(out.file(DECISIONS), self.advice.strategy)
+        self.recorders = [Recorder(self.watch, self.shown, sink) for sink in self.asked.sinks]
 
-    def _outdated(self) -> list[str]:
-        """Return what an earlier run may have left that would pass for this one's.
+    def _make_room(self, *, is_kept: bool) -> None:
+        """Remove what an earlier run left that would pass for this one's.
 
         The model that this one begins with stays, and so does one that it writes none instead of.
         """
+        names = list(RESULTS)
         begun = self.asked.model and find_model(self.asked.model).resolve()
-        if self.asked.is_learning and begun != (self.out.path / MODEL).resolve():
-            return list(RESULTS)
-        return [name for name in RESULTS if name != MODEL]
+        if not self.asked.is_learning or begun == (self.out.path / MODEL).resolve():
+            names.remove(MODEL)
+            self.out.keep(MODEL)  # else it would go with all that the earlier command wrote
+        self.out.hold()
+        self.out.remove_half_written()
+        self.out.remove([SUMMARY] if is_kept else names)
+        if not is_kept:
+            self.out.write_text(CONFIG, to_toml(self.config))
+
+    @property
+    def so_far(self) -> Watched:
+        """What the watch has come to."""
+        return self.keeper.so_far
+
+    @property
+    def problems(self) -> Problems:
+        return self.so_far.problems
+
+    @property
+    def lessons(self) -> Lessons:
+        return self.so_far.lessons
+
+    @property
+    def has_learned(self) -> bool:
+        """Tell whether the looks so far changed what the model says."""
+        return self.so_far.has_learned
 
     @property
     def strategy(self) -> str:
@@ -115,12 +173,14 @@ class Watching:
         try:
             while is_wanted() and not watch.wait(0.1):
                 passed_s = watch.seconds() or 0.0
+                self.keeper.sync_if_due()
                 if seconds is not None and passed_s >= seconds:
+                    self.is_in_time = True
                     break
                 yield passed_s
         finally:
-            self.seconds = watch.seconds() or 0.0
             watch.stop()
+            self.seconds = watch.counts().seconds
             for recorder in self.recorders:
                 recorder.stop()
         if isinstance(watch.failure, EndedError):
@@ -129,33 +189,16 @@ class Watching:
             raise watch.failure
 
     def _note(self, look: Look) -> None:
-        """Write a look to the tables, and the model now and then; in the learning thread."""
-        frame, segmentation = look.verdict.shot.frame, look.verdict.segmentation
-        # Frames of a recording come again; those of a camera would be ever more.
-        comes_again = not isinstance(self.dataset, FirstFrames)
-        if comes_again:
-            self.problems.add_told(frame, segmentation)
-        if self.asked.is_learning:
-            self.lessons.add(frame, segmentation)
-            self.has_learned |= look.n_regrown > 0
-            if comes_again:
-                self._ids.add(frame.id)
-        index = look.verdict.shot.index
-        region = -1 if index is None else int(self.regions.of_view[index])
-        row = {
-            "look": look.number,
-            "seconds": look.seconds,
-            "id": frame.id,
-            "region": region,
-            "error": look.error,
-            "samples": self.learner.n_samples,
-        }
-        self._looks_file.add(row)
+        """Keep a look, and all of it now and then; in the learning thread."""
+        record = LookRecord.of(look, self.advice.pinned_then, self.watch.counts())
+        row = self.keeper.note(record)
         for recorder in self.recorders:
             recorder.note(row)
-        self._decisions.add(look.number)
-        if self.asked.is_learning and self._keeping.is_due():
-            with self._keeping.writing(), suppress(DataError):
+        if self._keeping.is_due() or self.keeper.is_full:
+            with self._keeping.writing(), suppress(DataError), self.watch.learning:
+                self.keeper.keep(self.watch)
+        if self.asked.is_learning and self._saving.is_due():
+            with self._saving.writing(), suppress(DataError), self.watch.learning:
                 self.save(is_packed=False)
 
     def _save_now(self) -> Callable[[], str] | None:
@@ -166,20 +209,23 @@ class Watching:
 
     def save(self, *, is_packed: bool = True) -> Path:
         """Write the model; while it runs only where nothing changes it."""
-        if self._ids:
-            note_frames(self.learner, self.dataset, self._ids)
+        if self.so_far.ids:
+            note_frames(self.learner, self.dataset, self.so_far.ids)
         path = self.out.file(MODEL)
         self.learner.save(path, is_packed=is_packed)
         return path
 
     def finish(self) -> dict[str, Any]:
-        """Write the model, where it learned, and the summary; return the summary."""
-        self._looks_file.close()
-        self._decisions.close()
+        """Write the model, where it learned, the summary, and what it takes to go on.
+
+        Return the summary.
+        """
+        self.keeper.close()
         if self.asked.is_learning:
             self.save()
         summary = self._summary()
-        self.out.write_json("summary.json", summary)
+        self.out.write_json(SUMMARY, summary)
+        self.keeper.finish(self.watch)
         return summary
 
     def _summary(self) -> dict[str, Any]:
@@ -191,6 +237,7 @@ class Watching:
             "strategy": self.strategy,
             "seed": self.config.run.seed,
             "seconds": round(seconds, 2),
+            "ended": self._why_ended(),
             **rate,
             "looks": watch.looks.n,
             "map_hz": round(watch.maps.n / seconds, 2) if seconds else None,
@@ -201,13 +248,24 @@ class Watching:
             "regions": self.advice.regions(),
             "goal": self.advice.goal,
             "why": self.advice.why(),
+            "alarms": [event.summary() for event in watch.events],
             "recorded": {one.sink.name: one.counts() for one in self.recorders},
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary() if self.asked.is_learning else None,
         }
 
+    def _why_ended(self) -> str | None:
+        """Say why it was over by itself; None where it was not, and can be gone on with."""
+        in_time = "the seconds that it was to last are over" if self.is_in_time else None
+        return self.ended or in_time
 
-def _feed_of(dataset: Dataset, drive: Drive | None) -> Feed:
+
+def _feed_of(dataset: Dataset, drive: Drive | None, before: int | None) -> Feed:
+    """Return what gives the frames; before: the number of the one that was looked at last."""
     if isinstance(dataset, FirstFrames):
         return dataset.rest
-    return Replay(dataset, rounds(len(dataset)) if drive is None else drive)
+    if drive is None:
+        return Replay(dataset, rounds(len(dataset), 0 if before is None else before + 1))
+    if before is not None:
+        drive.stand_at(before)
+    return Replay(dataset, drive)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import cdist
 
 from curiosight.datasets import Dataset
 from curiosight.rooms.drawn_views import DrawnViews
@@ -35,7 +34,7 @@ class MetresBetween:
         if isinstance(self._dataset, DrawnViews):
             metres = self._dataset.metres_from(int(self._indices[number]))
             return metres.take(self._indices)
-        return np.asarray(cdist(self._places[[number]], self._places)[0], np.float64)
+        return np.asarray(np.linalg.norm(self._places - self._places[number], axis=1))
 
 
 def ways_between(dataset: Dataset, indices: Sequence[int]) -> MetresBetween | None:

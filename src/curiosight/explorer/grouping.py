@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
+
+from curiosight.frame.linkage import AverageLinkage
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -38,10 +38,9 @@ def group_by_ways(metres: MetresFrom) -> Ints:
     taken = np.linspace(0, n_views - 1, min(n_views, MAX_GROUPED)).round().astype(np.int64)
     rows = np.stack([metres[int(view)] for view in taken])
     ways = rows[:, taken]
-    between = squareform((ways + ways.T) / 2, checks=False)
-    found = fcluster(linkage(between, "average"), MAX_WAY, "distance")
-    means = np.stack([rows[found == group].mean(axis=0) for group in range(1, found.max() + 1)])
-    joined = means.argmin(axis=0) + 1
+    found = AverageLinkage((ways + ways.T) / 2).within(MAX_WAY)
+    means = np.stack([rows[found == group].mean(axis=0) for group in range(found.max() + 1)])
+    joined = means.argmin(axis=0)
     joined[taken] = found
     _, first, group = np.unique(joined, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[group].astype(np.int64)

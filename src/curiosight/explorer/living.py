@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
 
 from curiosight.explorer.decision import Candidate, Decision, Explains
 from curiosight.explorer.from_above import seen_from_above
@@ -19,6 +17,7 @@ from curiosight.explorer.ground import Ground, Ways
 from curiosight.explorer.outcome import Outcome
 from curiosight.explorer.strategy import Strategy
 from curiosight.frame import Viewpoint
+from curiosight.frame.linkage import AverageLinkage
 
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
@@ -81,8 +80,7 @@ def _cuts(seconds: Floats, headings: Floats) -> Iterator[npt.NDArray[np.bool_]]:
     """Yield (n,) which views are on one side: by the ways, and by headings, radians."""
     if len(seconds) < 2:
         return
-    between = squareform((seconds + seconds.T) / 2, checks=False)
-    yield fcluster(linkage(between, "average"), 2, "maxclust") == 1
+    yield AverageLinkage((seconds + seconds.T) / 2).at_most(2) == 0
     for turn in (0.0, np.pi / 2):
         yield np.cos(headings - turn) > 0  # NaN is on the other side
 

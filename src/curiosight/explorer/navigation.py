@@ -9,11 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
 
 from curiosight.datasets.layouts.rl_iac_tables import GraphNode
 from curiosight.explorer.ground import LOOK_SECONDS
 from curiosight.frame import Viewpoint
+from curiosight.frame.assignment import best_pairs
 
 Floats = npt.NDArray[np.float64]
 
@@ -78,7 +78,7 @@ def make_graph(between: Floats, inside: Floats, places: Floats) -> tuple[GraphNo
         to = np.flatnonzero(linked[region])
         towards = places[to] - places[region]
         towards /= np.maximum(np.linalg.norm(towards, axis=1), 1e-9)[:, None]
-        chosen, moves = linear_sum_assignment(-towards @ _DIRECTIONS.T)
+        chosen, moves = best_pairs(towards @ _DIRECTIONS.T)
         neighbours[moves] = to[chosen]
         seconds = np.where(neighbours == region, inside[region], both[region, neighbours])
         durations = np.maximum(np.rint(seconds / LOOK_SECONDS), 1).astype(int)

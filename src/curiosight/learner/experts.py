@@ -9,12 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.learner.drift import Drift
+from curiosight.learner.drift import Alarm
 from curiosight.learner.features import Rows
 from curiosight.learner.forest import Forest
 from curiosight.learner.lesson import Labels, Lesson, join_lessons
 from curiosight.learner.places import Places
+from curiosight.learner.scenery import Scenery, Signs
 from curiosight.learner.sight import Sight
+from curiosight.learner.staleness import Staleness
 
 Numbers = npt.NDArray[np.int64]
 Arrays = dict[str, npt.NDArray[np.generic]]
@@ -24,8 +26,6 @@ Source = tuple[Forest, Rows, Labels, npt.NDArray[np.int32]]
 COMMON = -1
 # The part of the samples, and of each frame's, that the common forest keeps beside others.
 COMMON_SHARE = 0.25
-# Of a place that has changed so many old samples leave for each new one.
-FORGETTING = 2
 # From so many views a place is known well enough to say what its scores mean.
 MIN_VIEWS = 8
 # A place that a view is less likely of is not asked.
@@ -37,12 +37,16 @@ class Change(NamedTuple):
 
     trees: of each forest, by its place or `COMMON`, those that were grown anew.
     is_rearranged: places were divided anew, so that every forest may be another.
-    has_drifted: its place is no longer what was learned of it, see `Drift`.
+    alarm: its place is no longer what was learned of it, see `Drift`; None = it is.
     """
 
     trees: Mapping[int, tuple[int, ...]]
     is_rearranged: bool = False
-    has_drifted: bool = False
+    alarm: Alarm | None = None
+
+    @property
+    def has_drifted(self) -> bool:
+        return self.alarm is not None
 
     @property
     def n_regrown(self) -> int:
@@ -68,9 +72,10 @@ class Experts:
         self._n_regrown = common.n_regrown
         self._place_of_spot: Numbers = np.empty(0, np.int64)
         self._is_rearranged = False
-        # Of each place: its errors, and how many of its oldest samples are of what it was.
-        self._drifts: dict[int, Drift] = {}
-        self._n_stale: dict[int, int] = {}
+        self._staleness = Staleness()
+        self._scenery = Scenery()
+        # Of the view that was noted last.
+        self._signs = Signs()
         # Held where places and their forests must fit each other.
         self._lock = Lock()
 
@@ -163,9 +168,15 @@ class Experts:
         return {key: weight / total for key, weight in asked.items()} or {COMMON: 1.0}
 
     def note(self, sight: Sight | None) -> int:
-        """Take in where a view was taken, and return that spot; 0 where places do not count."""
+        """Take in where a view was taken, and return that spot; 0 where places do not count.
+
+        What tells whether the place has changed is kept for `update`.
+        """
+        self._signs = Signs()
         if self.places is None or sight is None:
             return 0
+        if sight.glance is not None:
+            self._signs = self._scenery.look(sight.glance)
         with self._lock:
             spot = self.places.add(sight)
             self._arrange(self.places.place_of_spot)
@@ -182,30 +193,28 @@ class Experts:
         is_rearranged, self._is_rearranged = self._is_rearranged, False
         place = int(self._place_of_spot[spot]) if self.of_place else COMMON
         forest = self._forest(place)
-        has_drifted = self.is_trained and self._note_error(place, spot, error)
-        n_stale = self._n_stale.get(place, 0)
-        n_forgotten = min(n_stale, FORGETTING * len(rows))
-        if n_forgotten:
-            forest.forget(n_forgotten)
-            self._n_stale[place] = n_stale - n_forgotten
-        trees = {place: forest.update(rows, is_salient, spot)}
+        alarm = self._note_signs(place, spot, error) if self.is_trained else None
+        if alarm is not None:
+            self._staleness.begin(place, forest)
+        self._staleness.make_room(place, forest, len(rows))
+        regrown = forest.update(rows, is_salient, spot)
+        trees = {place: self._staleness.regrow(place, forest, regrown)}
         if place != COMMON:
             some = slice(None, None, round(1 / COMMON_SHARE))
             trees[COMMON] = self.common.update(rows[some], is_salient[some], spot)
-        return Change(trees, is_rearranged, has_drifted)
+        return Change(trees, is_rearranged, alarm)
 
-    def _note_error(self, place: int, spot: int, error: float | None) -> bool:
-        """Tell whether a place has changed; if so all that it knows is of what it was.
+    def _note_signs(self, place: int, spot: int, error: float | None) -> Alarm | None:
+        """Tell whether a place has changed.
 
-        Only a spot that was seen from before tells: where all is new, errors are high anyway, and
-        who goes through a place by short ways has many such looks one after the other.
+        Only at a spot that was seen from before does an error tell: where all is new, errors are
+        high anyway, and who goes through a place by short ways has many such looks one after the
+        other.
         """
-        if self.places is None or error is None or not self.places.is_known(spot):
-            return False
-        has_drifted = self._drifts.setdefault(place, Drift()).add(error)
-        if has_drifted:
-            self._n_stale[place] = self._forest(place).n_samples
-        return has_drifted
+        if self.places is None:
+            return None
+        told = error if self.places.is_known(spot) else None
+        return self._staleness.note(place, self._signs, told)
 
     def _forest(self, place: int) -> Forest:
         return self.common if place == COMMON else self.of_place[place]
@@ -280,7 +289,7 @@ class Experts:
         arrived = range(n_places if n_places > 1 else 0)
         self.of_place = tuple(self._gather(samples, place) for place in arrived)
         self._is_rearranged = True
-        self._drifts, self._n_stale = {}, {}
+        self._staleness.move(_origins(before, self._place_of_spot))
 
     def _gather(self, sources: Iterable[Source], place: int) -> Forest:
         """Return the forest of a place: its samples, and the trees of who had most of them."""
@@ -364,6 +373,14 @@ def _evict(forest: Forest) -> None:
     """Let go of the samples that are too many."""
     none = np.empty((0, forest.n_features), np.uint8), np.empty(0, np.bool_)
     forest.add(*none)
+
+
+def _origins(before: Numbers, after: Numbers) -> dict[int, int]:
+    """Return of each place the one that most of its spots were of, if they were of any."""
+    now = after[: len(before)]
+    return {
+        place: int(np.bincount(before[now == place]).argmax()) for place in np.unique(now).tolist()
+    }
 
 
 def _spot(places: Places, lesson: Lesson) -> int:

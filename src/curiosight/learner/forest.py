@@ -123,6 +123,11 @@ class Forest:
         return bool(self._trees)
 
     @property
+    def rng(self) -> np.random.Generator:
+        """The source of chance, which forests that are made by `another` share."""
+        return self._rng
+
+    @property
     def n_samples(self) -> int:
         return len(self._known.samples.places)
 

@@ -36,7 +36,8 @@ from curiosight.learner.features import (
 )
 from curiosight.learner.forest import Forest
 from curiosight.learner.fusing import PRIOR, fuse, is_seen
-from curiosight.learner.lesson import Lesson, Visit
+from curiosight.learner.glance import Glance
+from curiosight.learner.lesson import Drawn, Lesson, Taught, Visit
 from curiosight.learner.looks import look_of
 from curiosight.learner.maps import Cameras, Maps
 from curiosight.learner.model_file import read_model, write_model
@@ -144,6 +145,7 @@ class SaliencyLearner:
         self.threshold = threshold
         self.notes: dict[str, Any] = {}
         self.cameras = Cameras()
+        self._drawn: Drawn  # of the last look
         # With what was known of the samples when it was made.
         self._seen_rows: tuple[object, SeenRows | None] | None = None
         self._moment = object()
@@ -173,7 +175,26 @@ class SaliencyLearner:
         scores, error = self._judge(votes, counts, sight)
         spot = self.experts.note(sight)
         change = self.learn(description, labels, spot, error)
-        return Observation(frame, segmentation, description, scores, counts, error, change)
+        scaling = None if self.calibration is None else self.calibration.state_arrays()
+        taught = Taught(self._drawn, sight, error, frame.camera, scaling)
+        return Observation(frame, segmentation, description, scores, counts, error, change, taught)
+
+    def learn_again(self, taught: Taught) -> Change:
+        """Learn what another learner in the same state was taught, and come to the same state."""
+        if taught.camera is not None:
+            self.cameras.note(taught.camera)
+        if self.calibration is not None and taught.calibration is not None:
+            self.calibration.restore(taught.calibration)
+        spot, drawn = self.experts.note(taught.sight), taught.drawn
+        for chance, state in zip(self._chances(), drawn.chances, strict=True):
+            chance.bit_generator.state = state
+        change = self.experts.update(drawn.rows, drawn.is_salient, spot, taught.error)
+        self._moment = object()
+        return change
+
+    def _chances(self) -> list[np.random.Generator]:
+        """Return the sources of chance, each once: mostly one, that forests and learner share."""
+        return list({id(one): one for one in (self.rng, self.experts.common.rng)}.values())
 
     def observe_again(self, visit: Visit) -> tuple[Votes, float | None, Change]:
         """Do as `observe` with what was described, labelled and drawn before.
@@ -369,7 +390,8 @@ class SaliencyLearner:
         """Return what tells the place of a frame; None where places are not told apart."""
         if description.look is None:
             return None
-        return Sight.of(frame, description.look, up_in_world(frame, segmentation))
+        up, glance = up_in_world(frame, segmentation), Glance.of(frame, segmentation.labels)
+        return Sight.of(frame, description.look, up, glance)
 
     def fit(self, lessons: Sequence[Lesson]) -> None:
         """Forget everything, then learn from views at once: the off-line model.
@@ -397,7 +419,10 @@ class SaliencyLearner:
 
         labels: (h, w), see `fit_labels`. spot, error: see `Experts.update`.
         """
-        change = self.experts.update(*self.sample(description, labels), spot, error)
+        rows, is_salient = self.sample(description, labels)
+        chances = tuple(one.bit_generator.state for one in self._chances())
+        self._drawn = Drawn(rows, is_salient, chances)
+        change = self.experts.update(rows, is_salient, spot, error)
         self._moment = object()
         return change
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.frame import Camera
 from curiosight.learner.description import Counts
 from curiosight.learner.features import Rows
 from curiosight.learner.sight import Sight
@@ -48,6 +50,34 @@ class Visit:
     rows: Rows
     counts: tuple[Counts, Counts]
     lesson: Lesson
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """Samples as they were drawn of a look, and where chance stood then.
+
+    rows, is_salient: (n, F) and (n,), in the order drawn. chances: the states of the sources of
+    chance by which they are learned from; one, where forests share that of their learner.
+    """
+
+    rows: Rows
+    is_salient: Labels
+    chances: tuple[Mapping[str, Any], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taught:
+    """All that a look changes a learner by, for `SaliencyLearner.learn_again`.
+
+    error: before it was learned from, see `Experts.update`. camera: of its frame, if known.
+    calibration: `Calibration.state_arrays` after the look; None = scores are not scaled.
+    """
+
+    drawn: Drawn
+    sight: Sight | None
+    error: float | None
+    camera: Camera | None
+    calibration: Mapping[str, npt.NDArray[np.generic]] | None
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:

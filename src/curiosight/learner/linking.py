@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial.distance import squareform
+
+from curiosight.frame.linkage import AverageLinkage
 
 Array = npt.NDArray[Any]
 Numbers = npt.NDArray[np.int64]
@@ -25,14 +25,9 @@ def join_linked(links: Array, least: float, max_groups: int) -> Numbers:
     """
     if len(links) < 2:
         return np.zeros(len(links), np.int64)
-    distances = 1 - links
-    np.fill_diagonal(distances, 0)
-    tree = linkage(squareform(distances, checks=False), "average")
-    groups = fcluster(tree, 1 - least, "distance")
-    if groups.max() > max_groups:
-        groups = fcluster(tree, max_groups, "maxclust")
-    numbers: Numbers = groups.astype(np.int64) - 1
-    return numbers
+    tree = AverageLinkage(1 - links)
+    groups = tree.within(1 - least)
+    return groups if groups.max() < max_groups else tree.at_most(max_groups)
 
 
 def seen_by_each_other(

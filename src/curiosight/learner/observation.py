@@ -12,6 +12,7 @@ from curiosight.frame import Frame
 from curiosight.learner.description import Counts, Description, Saliency
 from curiosight.learner.experts import Change
 from curiosight.learner.features import Rows
+from curiosight.learner.lesson import Taught
 from curiosight.learner.sight import Sight
 from curiosight.teacher import Segmentation
 
@@ -34,6 +35,7 @@ class Observation:
     counts: (n,) salient and (n,) other pixels of each, by the segmentation.
     error: 1 - F1 between them and the segmentation (eq. 1); None where no pixel is salient.
     change: the trees that were grown anew.
+    taught: what makes another learner of the same state learn the same.
     """
 
     frame: Frame
@@ -43,6 +45,7 @@ class Observation:
     counts: tuple[Counts, Counts]
     error: float | None
     change: Change
+    taught: Taught
 
     @property
     def saliency(self) -> Saliency:

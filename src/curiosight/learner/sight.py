@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Frame, Pose
+from curiosight.learner.glance import Glance
 from curiosight.learner.looks import Look
 from curiosight.teacher import Segmentation
 
@@ -50,21 +51,25 @@ class Sight:
     T_world_camera: (4, 4); None = unknown. rays: (n, 3) from the camera to what it sees, in the
         world's frame, metres; without a pose none.
     up: (3,) unit vector in the world's frame; None = the frame does not tell.
+    glance: by which it is told whether the place has changed; None = it is not.
     """
 
     look: Look
     T_world_camera: Pose | None = None
     rays: Array | None = None
     up: Array | None = None
+    glance: Glance | None = None
 
     @classmethod
-    def of(cls, frame: Frame, look: Look, up: Array | None = None) -> Self:
+    def of(
+        cls, frame: Frame, look: Look, up: Array | None = None, glance: Glance | None = None
+    ) -> Self:
         """Return what a frame tells."""
         pose = frame.T_world_camera
         if pose is None:
             return cls(look)
         rays = (_rays(frame) @ pose[:3, :3].T).astype(np.float32)
-        return cls(look, pose, rays, up)
+        return cls(look, pose, rays, up, glance)
 
     def cells(self, axes: Array) -> Cells:
         """Return the (n, 2) cells that a posed view looks through, up to what it sees: all free.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ NOTHING_KNOWN = "nothing has been compared yet: it looks around where it is"
 BEGUN = "it has begun here, and looks on before it decides between regions"
 UNTOLD = "the strategy does not say why"
 PINNED = "pinned by hand"
+
+STATE = ("strategy", "n_looks", "_regions", "_errors", "_target", "_pinned", "_n_pinned")
 
 
 class Advice:
@@ -55,8 +57,10 @@ class Advice:
         self._target: Viewpoint | None = None
         self._pinned: int | None = None
         self._n_pinned = 0
+        # What was pinned at the last look.
+        self.pinned_then: int | None = None
         # Held by who tells a look, and by who asks: what is told fits together.
-        self._telling = threading.RLock()
+        self.telling = threading.RLock()
 
     @property
     def pinned(self) -> int | None:
@@ -68,21 +72,41 @@ class Advice:
         if region is not None and region not in self._regions:
             known = ", ".join(map(str, self._regions))
             raise ValueError(f"region: expected one of {known}, got {region}")
-        with self._telling:
+        with self.telling:
             self._pinned = region
             if region is not None:
                 self._head_for(self._regions[region].views[0])
+
+    def state(self) -> dict[str, Any]:
+        """Return all that looks and pins change, as it is, not copied: for `take_up`."""
+        return {name: getattr(self, name) for name in STATE}
+
+    def take_up(self, state: Mapping[str, Any]) -> None:
+        """Go on from the `state` of advice on the same views, regions and strategy."""
+        for name in STATE:
+            setattr(self, name, state[name])
+        if self._target is not None:
+            self._head_for(self._target)
+
+    def look_again(
+        self, index: int | None, outcome: Outcome, seconds: float, pinned: int | None
+    ) -> None:
+        """Take note of a look as before; pinned: what was `pinned_then`."""
+        if pinned != self._pinned:
+            self.pin(pinned)
+        self.look(index, outcome, seconds)
 
     def look(self, index: int | None, outcome: Outcome, seconds: float) -> None:
         """Take note of a look at a view; seconds: since the start. Then choose where to go."""
         view = None if index is None else self._view_of.get(index)
         if view is None:
             return
-        with self._telling:
+        with self.telling:
             self._look(view, outcome, seconds)
 
     def _look(self, view: Viewpoint, outcome: Outcome, seconds: float) -> None:
         self.n_looks += 1
+        self.pinned_then = self._pinned
         region = self._regions.get(view.region)
         if region is not None:
             region.note(outcome.error, seconds)
@@ -134,7 +158,7 @@ class Advice:
 
     def why(self) -> dict[str, Any] | None:
         """Return why `goal`, JSON-able, as the page tells it; None before there is one."""
-        with self._telling:
+        with self.telling:
             return self._why()
 
     def _why(self) -> dict[str, Any] | None:
@@ -171,12 +195,12 @@ class Advice:
 
     def regions(self) -> list[dict[str, Any]]:
         """Return what is known of each region, JSON-able."""
-        with self._telling:
+        with self.telling:
             return [region.state() for region in self._regions.values()]
 
     def curves(self) -> dict[str, Any]:
         """Return (seconds, value) curves: the error of all looks, and each region's, JSON-able."""
-        with self._telling:
+        with self.telling:
             regions = [region.curves() for region in self._regions.values()]
             return {"error": self._errors.curve(), "regions": regions}
 

@@ -5,12 +5,28 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 WINDOW_S = 5.0
 # Ages are counted by whole milliseconds up to this.
 MOST_MS = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What a watch has counted: seconds since the first map, maps, looks, those learned from.
+
+    missed: frames that were overtaken before they were asked for. taught: that were labelled.
+    """
+
+    seconds: float = 0.0
+    maps: int = 0
+    looks: int = 0
+    lessons: int = 0
+    missed: int = 0
+    taught: int = 0
 
 
 class Rate:

@@ -7,11 +7,11 @@ from itertools import count
 from typing import Self
 
 
-def rounds(n_frames: int) -> Iterator[int]:
-    """Yield the numbers of frames in their order, again and again."""
+def rounds(n_frames: int, first: int = 0) -> Iterator[int]:
+    """Yield the numbers of frames in their order, again and again; first: where it begins."""
     if n_frames < 1:
         raise ValueError(f"n_frames: expected 1 or more, got {n_frames}")
-    return (number % n_frames for number in count())
+    return (number % n_frames for number in count(first))
 
 
 class Drive:
@@ -32,6 +32,10 @@ class Drive:
     @property
     def goal(self) -> int | None:
         return self._goal
+
+    def stand_at(self, number: int) -> None:
+        """Begin from a frame; before it is iterated over."""
+        self._here = range(self._n_frames)[number]
 
     def go_to(self, number: int) -> None:
         """Take a frame for the goal."""

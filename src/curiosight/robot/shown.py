@@ -54,6 +54,7 @@ class Shown:
                 "map_age_s": _rounded(watch.map_age_s),
                 "dropped": watch.n_dropped,
             }
+        values["alarms"] = [event.summary() for event in watch.events]
         values["model_age_s"] = _rounded(watch.model_age_s)
         if advice is not None:
             why = advice.why()

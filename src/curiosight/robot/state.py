@@ -14,6 +14,7 @@ KEYS = (
     "regions",
     "goal",
     "why",
+    "alarms",
 )
 PREPARING, RUNNING, PAUSED, FROZEN, ENDED = "preparing", "running", "paused", "frozen", "ended"
 

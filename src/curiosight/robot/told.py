@@ -9,14 +9,22 @@ from dataclasses import dataclass
 from curiosight.frame import Frame
 from curiosight.robot.feed import Shot
 from curiosight.teacher import Segmentation
+from curiosight.teacher.cloud.tracking import UpTracker
+from curiosight.teacher.memory.temporal import Remembered
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What the teacher says of a frame."""
+    """What the teacher says of a frame.
+
+    number: of the frames it labelled, from 1; 0 = not counted.
+    noted: what the frame changed of its memory; None = nothing, or it has none.
+    """
 
     shot: Shot
     segmentation: Segmentation
+    number: int = 0
+    noted: Remembered | UpTracker | None = None
 
 
 class Told:

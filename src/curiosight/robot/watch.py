@@ -12,16 +12,21 @@ from typing import Any
 
 from curiosight.explorer.outcome import Outcome, Seen
 from curiosight.learner.description import Saliency, fit_labels, sight_of
+from curiosight.learner.drift import Alarm, Event
 from curiosight.learner.learner import SaliencyLearner
+from curiosight.learner.lesson import Taught
 from curiosight.learner.observation import Teaches
 from curiosight.robot.advice import Advice
 from curiosight.robot.feed import Feed, Shot
-from curiosight.robot.gauges import Ages, Governor, Rate
+from curiosight.robot.gauges import Ages, Counts, Governor, Rate
 from curiosight.robot.newest import Newest
 from curiosight.robot.told import Told, Verdict
+from curiosight.teacher import TemporalTeacher
 
 # Threads look so often whether they are to end.
 TICK_S = 0.1
+# So many of the last alarms are remembered.
+N_EVENTS = 20
 # What teaches and learns gives way to what maps: steps of niceness, where the system knows them.
 NICER = 5
 
@@ -40,7 +45,8 @@ class Look:
     """A frame that was compared with what its teacher says. number: from 0; error: eq. (1).
 
     seconds: since the first map. n_regrown: trees; 0 where nothing was learned. outcome: what a
-    strategy hears of it.
+    strategy hears of it. taught: see `Observation`; None where nothing was to be learned. alarm:
+    its place is no longer what was learned of it.
     """
 
     number: int
@@ -49,6 +55,8 @@ class Look:
     error: float | None
     n_regrown: int
     outcome: Outcome = field(default_factory=Outcome)
+    taught: Taught | None = None
+    alarm: Alarm | None = None
 
 
 class Watch:
@@ -95,12 +103,16 @@ class Watch:
         self.ages = Ages()
         self.first_at: float | None = None
         self._learned_at: float | None = clock() if learner.is_trained else None
-        self._n_offered = 0
         self.is_paused = self.is_frozen = False
         self.failure: BaseException | None = None
+        # The last alarms; replaced as a whole, for others read it.
+        self.events: tuple[Event, ...] = ()
         self._is_over = threading.Event()
-        # Held while the model changes, by learning or by who reads all of it.
-        self.learning = threading.Lock()
+        # Held while the model changes, by learning or by who reads all of it; and so is the other
+        # while the teacher's memory may.
+        self.learning, self.teaching = threading.Lock(), threading.Lock()
+        self.n_taught = 0
+        self._before = Counts()
         jobs = [("maps", self._map_next)]
         if teacher is not None:
             jobs += [("teacher", self._teach_next), ("learner", self._learn_next)]
@@ -130,8 +142,31 @@ class Watch:
         return self._is_over.wait(timeout_s)
 
     def seconds(self) -> float | None:
-        """Return the seconds since the first map; None before it."""
-        return None if self.first_at is None else self._clock() - self.first_at
+        """Return the seconds since the first map, with those before `go_on`; None before it."""
+        if self.first_at is None:
+            return None
+        return self._before.seconds + self._clock() - self.first_at
+
+    def counts(self) -> Counts:
+        """Return what was counted so far."""
+        return Counts(
+            self.seconds() or self._before.seconds,
+            self.maps.n,
+            self.looks.n,
+            self.lessons.n,
+            self._before.missed + self._feed.n_missed,
+            self.n_taught,
+        )
+
+    def go_on(self, before: Counts, ages: Ages) -> None:
+        """Count on from what another watch had come to; before `start`."""
+        self._before, self.ages, self.n_taught = before, ages, before.taught
+        for rate, n in zip(
+            (self.maps, self.looks, self.lessons),
+            (before.maps, before.looks, before.lessons),
+            strict=True,
+        ):
+            rate.n = n
 
     @property
     def map_age_s(self) -> float | None:
@@ -146,7 +181,7 @@ class Watch:
     @property
     def n_dropped(self) -> int:
         """How many frames came that were not compared with their teacher, nor learned from."""
-        return max(0, self._n_offered + self._feed.n_missed - self.looks.n)
+        return max(0, self.maps.n + self._before.missed + self._feed.n_missed - self.looks.n)
 
     def _repeat(self, name: str, job: Callable[[], None]) -> None:
         if name != "maps":
@@ -175,7 +210,6 @@ class Watch:
         self.maps.note()
         self.ages.note(now - shot.taken_at)
         self._governor.note(now - shot.taken_at)
-        self._n_offered += 1
         if self._on_map is not None:
             self._on_map(self.mapped)
         if self.teacher is not None:
@@ -191,7 +225,11 @@ class Watch:
             return
         if self._settle is not None:
             shot = self._settle(shot)
-        verdict = Verdict(shot, self.teacher.segment(shot.frame))
+        with self.teaching:
+            segmentation, teacher = self.teacher.segment(shot.frame), self.teacher
+            self.n_taught += 1
+            noted = teacher.noted if isinstance(teacher, TemporalTeacher) else None
+            verdict = Verdict(shot, segmentation, self.n_taught, noted)
         self.verdict = verdict
         self._to_learn.put(verdict)
         self._is_over.wait(self._governor.rest_s)
@@ -207,15 +245,18 @@ class Watch:
         if self.is_learning and not self.is_frozen:
             with self.learning, self._told.says(verdict):
                 observation = self.learner.observe(frame)
-            n_regrown = observation.change.n_regrown
+            change, taught = observation.change, observation.taught
+            n_regrown, alarm = change.n_regrown, change.alarm
             outcome = Outcome.of(observation, 0.0)
             self.lessons.note()
             if n_regrown:
                 self._learned_at = self._clock()
         else:
-            n_regrown, outcome = 0, self._compare(verdict)
-        seconds = self.seconds() or 0.0
-        look = Look(self.looks.n, seconds, verdict, outcome.error, n_regrown, outcome)
+            n_regrown, taught, alarm, outcome = 0, None, None, self._compare(verdict)
+        seconds, n = self.seconds() or 0.0, self.looks.n
+        look = Look(n, seconds, verdict, outcome.error, n_regrown, outcome, taught, alarm)
+        if alarm is not None:
+            self.events = (*self.events, Event(look.number, frame.id, alarm))[-N_EVENTS:]
         self.looks.note()
         if self.advice is not None:
             self.advice.look(verdict.shot.index, outcome, look.seconds)

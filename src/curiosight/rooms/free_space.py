@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from functools import cached_property
 from typing import Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from curiosight.rooms.compiling import kernel
+from curiosight.rooms.shortest_ways import shortest_ways
 
 Polygon = npt.NDArray[np.floating[Any]]  # (K, 2) metres
 Place = npt.NDArray[np.floating[Any]]  # (2,) metres
@@ -21,12 +19,8 @@ Mask = npt.NDArray[np.bool_]
 
 ROBOT_RADIUS = 0.25  # metres; a small robot with a mast
 
-# To the right, down, and both diagonals; the graph is undirected.
-_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 # A way through a corner of four cells leads past it on both sides; in cells.
 _ASIDE = np.array([1e-3, 7e-4])
-# Those alone that cut no corner.
-_SQUARE_STEPS = ((0, 1), (1, 0))
 
 
 class FreeSpace:
@@ -78,7 +72,6 @@ class FreeSpace:
 
     def _part(self, is_free: Mask) -> FreeSpace:
         part = copy(self)
-        part.__dict__.pop("_graph", None)
         part.is_free = is_free
         return part
 
@@ -120,22 +113,20 @@ class FreeSpace:
         straight = float(np.linalg.norm(np.subtract(goal, start)))
         if self._is_clear(start, goal):
             return straight
-        numbers, graph = self._graph
-        cells = [numbers[self._cell_of(place)] for place in (start, goal)]
+        first, last = self._cell_of(start), self._cell_of(goal)
         # A short way is found without a look at the rest of a large floor.
-        reach, longest = 1.5 * straight + 1, 1.5 * self._cell * graph.shape[0]
+        reach, longest = 1.5 * straight + 1, 1.5 * self._cell * int(self.is_free.sum())
         while True:
-            metres = dijkstra(graph, directed=False, indices=cells[0], limit=reach)[cells[1]]
+            metres = shortest_ways(self.is_free, first, side=self._cell, longest=reach)[0][last]
             if np.isfinite(metres) or reach > longest:
                 return max(straight, float(metres))
             reach *= 2
 
     def ways(self, start: Place, goals: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float64]:
         """Return the (n,) metres of the ways to (n, 2) places, each as `way` tells it."""
-        numbers, graph = self._graph
-        metres = dijkstra(graph, directed=False, indices=numbers[self._cell_of(start)])
+        metres, _ = shortest_ways(self.is_free, self._cell_of(start), side=self._cell)
         straight = np.linalg.norm(goals - start, axis=1)
-        around = np.array([metres[numbers[self._cell_of(goal)]] for goal in goals])
+        around = np.array([metres[self._cell_of(goal)] for goal in goals])
         is_clear = self._are_clear(start, goals)
         lengths: npt.NDArray[np.float64] = np.where(
             is_clear, straight, np.maximum(straight, around)
@@ -150,16 +141,16 @@ class FreeSpace:
         ends = np.array([start, goal], np.float64)
         if self._is_free_between(*ends):
             return ends
-        numbers, graph = self._graph_of(_SQUARE_STEPS)
-        first, last = (int(numbers[self._cell_of(place)]) for place in ends)
-        _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+        first, last = (self._cell_of(place) for place in ends)
+        _, before = shortest_ways(self.is_free, first, side=self._cell, has_corners=False)
         cells = [last]
         while cells[-1] != first:
             if before[cells[-1]] < 0:
                 raise ValueError(f"route: expected a way from {start} to {goal}, got none")
-            cells.append(int(before[cells[-1]]))
-        rows, columns = np.nonzero(self.is_free)
-        centres = self._origin + (np.stack([columns, rows], 1)[cells[::-1]] - 1.0) * self._cell
+            row, column = divmod(int(before[cells[-1]]), before.shape[1])
+            cells.append((row, column))
+        columns_rows = np.array(cells[::-1])[:, ::-1]
+        centres = self._origin + (columns_rows - 1.0) * self._cell
         return self._straightened(np.concatenate([ends[:1], centres, ends[1:]]))
 
     def _straightened(self, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -202,29 +193,6 @@ class FreeSpace:
         metres = np.linalg.norm(goals - start, axis=1)
         shares = np.linspace(0, 1, 2 + int(metres.max(initial=0) / (0.5 * self._cell)))
         return _are_clear(self.is_free, self._origin, self._cell, start, goals, shares)
-
-    @cached_property
-    def _graph(self) -> tuple[npt.NDArray[np.int64], Any]:
-        return self._graph_of(_STEPS)
-
-    def _graph_of(self, steps: Sequence[tuple[int, int]]) -> tuple[npt.NDArray[np.int64], Any]:
-        """Return the number of each free cell, and the graph of neighbouring ones in metres."""
-        numbers = np.full(self.is_free.shape, -1, np.int64)
-        numbers[self.is_free] = np.arange(self.is_free.sum())
-        starts: list[npt.NDArray[np.int64]] = []
-        ends: list[npt.NDArray[np.int64]] = []
-        lengths: list[npt.NDArray[np.float64]] = []
-        height, width = len(numbers), len(numbers[0])
-        for down, right in steps:
-            a = numbers[: height - down, max(0, -right) : width - max(0, right)]
-            b = numbers[down:, max(0, right) : width + min(0, right)]
-            are_free = (a >= 0) & (b >= 0)
-            starts.append(a[are_free])
-            ends.append(b[are_free])
-            lengths.append(np.full(int(are_free.sum()), np.hypot(down, right) * self._cell))
-        edges = (np.concatenate(starts), np.concatenate(ends))
-        shape = (int(self.is_free.sum()),) * 2
-        return numbers, coo_array((np.concatenate(lengths), edges), shape).tocsr()
 
     def _cell_of(self, place: Place) -> tuple[int, int]:
         cell = np.rint((place - self._origin) / self._cell) + 1

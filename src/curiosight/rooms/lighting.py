@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
+from curiosight.rooms.compiling import kernel
 from curiosight.rooms.light_mesh import LightMesh, cut, uncut
 from curiosight.rooms.light_rays import LightRays, scattered_light
 from curiosight.rooms.mesh import Floats, Mesh
@@ -105,34 +105,60 @@ def is_buried(light: Floats) -> npt.NDArray[np.bool_]:
     return is_inside
 
 
-def smooth_neighbours(mesh: LightMesh) -> csr_array:
-    """Return (P, P) ones where an edge joins two vertices of nearly the same normal."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Neighbours:
+    """Of each of P vertices, others: those of vertex p are `others[starts[p] : starts[p + 1]]`."""
+
+    starts: npt.NDArray[np.int64]
+    others: npt.NDArray[np.int64]
+
+    def count(self) -> Floats:
+        """Return the (P,) number of each vertex's neighbours."""
+        return np.diff(self.starts).astype(np.float32)
+
+    def sums(self, light: Floats) -> Floats:
+        """Return for each vertex the sum of its neighbours' rows of (P, n) light."""
+        return _sums(np.ascontiguousarray(light), self.starts, self.others)
+
+
+@kernel
+def _sums(light: Floats, starts: npt.NDArray[np.int64], others: npt.NDArray[np.int64]) -> Floats:
+    sums = np.zeros_like(light)
+    for vertex in range(len(starts) - 1):
+        for place in range(starts[vertex], starts[vertex + 1]):
+            for column in range(light.shape[1]):
+                sums[vertex, column] += light[others[place], column]
+    return sums
+
+
+def smooth_neighbours(mesh: LightMesh) -> Neighbours:
+    """Return the vertices that an edge joins to each and whose normal is nearly the same."""
     one, other = mesh.leaves.ravel(), mesh.leaves[:, [1, 2, 0]].ravel()
     cosine = np.einsum("ij,ij->i", mesh.normals[one], mesh.normals[other])
     is_smooth = cosine > SMOOTH_COSINE
-    one, other = one[is_smooth], other[is_smooth]
-    places = (np.concatenate([one, other]), np.concatenate([other, one]))
+    one, other = one[is_smooth].astype(np.int64), other[is_smooth].astype(np.int64)
     n_vertices = len(mesh.vertices)
-    matrix = csr_array((np.ones(2 * len(one), np.float32), places), shape=(n_vertices, n_vertices))
-    matrix.data[:] = 1  # an edge of two triangles counts once
-    return matrix
+    # An edge of two triangles counts once.
+    pairs = np.unique(np.concatenate([one * n_vertices + other, other * n_vertices + one]))
+    vertex, others = np.divmod(pairs, n_vertices)
+    return Neighbours(np.searchsorted(vertex, np.arange(n_vertices + 1)), others)
 
 
-def fill(light: Floats, is_missing: npt.NDArray[np.bool_], neighbours: csr_array) -> Floats:
+def fill(light: Floats, is_missing: npt.NDArray[np.bool_], neighbours: Neighbours) -> Floats:
     """Return the light with vertices inside of things lit like their neighbours outside.
 
     The triangles that stick out would else be dark to their middle.
     """
     is_known = (~is_missing).astype(np.float32)
-    n_known = neighbours @ is_known
-    mean = (neighbours @ (light * is_known[:, None])) / np.maximum(n_known, 1)[:, None]
+    n_known = neighbours.sums(is_known[:, None])[:, 0]
+    mean = neighbours.sums(light * is_known[:, None]) / np.maximum(n_known, 1)[:, None]
     return np.where((is_missing & (n_known > 0))[:, None], mean, light)
 
 
-def smooth(light: Floats, neighbours: csr_array) -> Floats:
+def smooth(light: Floats, neighbours: Neighbours) -> Floats:
     """Return the light with each vertex drawn halfway towards its neighbours, some times."""
-    n_neighbours = neighbours.sum(1)[:, None]
+    n_neighbours = neighbours.count()[:, None]
     for _ in range(N_SMOOTHINGS):
-        mean = (neighbours @ light) / np.maximum(n_neighbours, 1)
+        mean = neighbours.sums(light) / np.maximum(n_neighbours, 1)
         light = np.where(n_neighbours > 0, (light + mean) / 2, light)
     return light.astype(np.float32)

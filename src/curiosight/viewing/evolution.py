@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 
 from curiosight.frame import Rgb
 from curiosight.viewing.paper import new_figure, save_figure, with_style
 from curiosight.viewing.truth import truth_picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 N_COLUMNS = 4
 _HEAT = "inferno"
@@ -44,6 +45,9 @@ def evolution(
     outlined: (H, W) pixels that are outlined in the colour image. path: ends in .png, .svg or
     .pdf. titles: of the first two pictures.
     """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
     if not maps:
         raise ValueError("maps: expected at least one, got none")
     n_rows = -(-(len(maps) + 2) // N_COLUMNS)

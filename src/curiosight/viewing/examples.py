@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from curiosight.frame import LABEL_COLOURS, Label, Rgb
 from curiosight.teacher import Segmentation
 from curiosight.viewing.overlays import (
     LABEL_NAMES,
     OUTLINE_COLOUR,
-    Colour,
     overlay_labels,
 )
-from curiosight.viewing.paper import new_figure, save_figure, with_style
+from curiosight.viewing.paper import new_figure, rgb_of, save_figure, with_style
 from curiosight.viewing.truth import truth_picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 TITLES = ("colour", "what depth says", "saliency from colour", "truth")
 _HEAT = "inferno"
@@ -82,6 +82,9 @@ def _draw_row(panels: Sequence[Axes], example: Example) -> None:
 
 def _draw_key(figure: Figure, panels: Sequence[Axes]) -> None:
     """Name the labels' colours below the first two columns, saliency's below the third."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
     for panel in (*panels[:2], *panels[3:]):
         panel.set_axis_off()
     panels[0].legend(
@@ -103,16 +106,12 @@ def _draw_key(figure: Figure, panels: Sequence[Axes]) -> None:
 
 def _swatches() -> list[Patch]:
     """Return a patch for each label, painted as in the overlays."""
+    from matplotlib.patches import Patch
+
     patches = {
-        label: Patch(facecolor=_share(colour), label=LABEL_NAMES[label])
+        label: Patch(facecolor=rgb_of(*colour), label=LABEL_NAMES[label])
         for label, colour in LABEL_COLOURS.items()
     }
-    patches[Label.SALIENT].set(edgecolor=_share(OUTLINE_COLOUR), linewidth=1.5)
+    patches[Label.SALIENT].set(edgecolor=rgb_of(*OUTLINE_COLOUR), linewidth=1.5)
     patches[Label.UNKNOWN].set(edgecolor="white", hatch="////", linewidth=0)
     return list(patches.values())
-
-
-def _share(colour: Colour) -> tuple[float, float, float]:
-    """Return an 8-bit colour in [0, 1]."""
-    red, green, blue = colour
-    return red / 255, green / 255, blue / 255

@@ -1,27 +1,33 @@
-"""What all figures share: their look, the colours of regions, and how they reach the disk."""
+"""What all figures share: their look, the colours of regions, and how they reach the disk.
+
+They are drawn by Matplotlib (extra `curiosight[figures]`), which is imported when one is drawn.
+"""
 
 from __future__ import annotations
 
 import io
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache, wraps
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-import matplotlib
+import cv2
 import numpy as np
 import numpy.typing as npt
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from curiosight.errors import printable
 from curiosight.errors.files import replace_file
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
 Rgb = tuple[float, float, float]
 Floats = npt.NDArray[np.float64]
 
@@ -53,12 +59,37 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-# Decorates whatever draws: matplotlib's settings are ours while it runs, and no longer.
-with_style = matplotlib.rc_context(_STYLE)
+NEEDED = "need Matplotlib, which is missing: pip install 'curiosight[figures]'"
+
+
+def can_draw() -> bool:
+    """Tell whether Matplotlib is installed."""
+    return find_spec("matplotlib") is not None
+
+
+def with_style(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """Decorate what draws: Matplotlib's settings are ours while it runs, and no longer.
+
+    Where Matplotlib is missing it raises `ImportError`, which says how to install it.
+    """
+
+    @wraps(draw)
+    def styled(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
+        try:
+            import matplotlib
+        except ImportError:
+            raise ImportError(f"figures {NEEDED}") from None
+        with matplotlib.rc_context(_STYLE):
+            return draw(*arguments, **options)
+
+    return styled
 
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of that size in inches, independent of pyplot and of any window."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -70,6 +101,9 @@ def save_figure(figure: Figure, path: Path | str) -> None:
     path: what ends in .svg becomes SVG, in .pdf PDF, anything else PNG.
     Raises `DataError` where the file cannot be written.
     """
+    import matplotlib
+    from matplotlib.text import Text
+
     kind = Path(path).suffix.lower().removeprefix(".")
     kind = kind if kind in _WITHOUT_DATE else "png"
     drawn = io.BytesIO()
@@ -107,8 +141,8 @@ def region_colours(names: Sequence[str]) -> list[Rgb]:
     family_of = [name.rpartition(" ")[0] for name in names]
     families = list(dict.fromkeys(family_of))
     if not 1 < len(families) <= len(HUES):
-        ramp = colormaps["viridis"](np.linspace(0, 0.92, max(1, len(names))))
-        return [(float(r), float(g), float(b)) for r, g, b, _ in ramp]
+        shares = np.linspace(0, 0.92, max(1, len(names)))
+        return [rgb_of(*_viridis()[int(256 * share)]) for share in shares]
     colours = []
     for index, family in enumerate(family_of):
         n_shades = family_of.count(family)
@@ -117,9 +151,27 @@ def region_colours(names: Sequence[str]) -> list[Rgb]:
     return colours
 
 
+@lru_cache(maxsize=1)
+def _viridis() -> npt.NDArray[np.uint8]:
+    """Return the (256, 3) colours of the map, RGB, dark to light."""
+    greys = np.arange(256, dtype=np.uint8)[:, None]
+    colours: npt.NDArray[np.uint8] = cv2.applyColorMap(greys, cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]
+    return colours
+
+
+def rgb_of(red: float, green: float, blue: float) -> Rgb:
+    """Return an 8-bit colour in [0, 1]."""
+    return float(red) / 255, float(green) / 255, float(blue) / 255
+
+
+def rgb_of_hex(colour: str) -> Rgb:
+    """Return a colour such as #0072B2 in [0, 1]."""
+    return rgb_of(*bytes.fromhex(colour.removeprefix("#")))
+
+
 def _shade(hue: str, shade: float) -> Rgb:
     """Darken (shade 0) or lighten (shade 1) a hue."""
-    red, green, blue = to_rgb(hue)
+    red, green, blue = rgb_of_hex(hue)
     towards, amount = (0.0, 0.35 - shade) if shade < 0.35 else (1.0, shade - 0.35)
     return (
         red + amount * (towards - red),
@@ -161,8 +213,8 @@ def label_shares(
     middles = np.cumsum(shares) - shares / 2
     joints = np.where(shares > 0, x, np.nan)
     ends = list(zip(joints.tolist(), middles.tolist(), names, colours, strict=True))
-    figure = axes.get_figure()
-    assert isinstance(figure, Figure)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
     label_ends(axes, ends, gap=_LINE / figure.get_figheight())
 
 

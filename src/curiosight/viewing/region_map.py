@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.ticker import MaxNLocator
 
 from curiosight.explorer import Regions
 from curiosight.explorer.from_above import seen_from_above
@@ -21,9 +19,13 @@ from curiosight.viewing.paper import (
     Rgb,
     new_figure,
     region_colours,
+    rgb_of_hex,
     save_figure,
     with_style,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Ints = npt.NDArray[np.int64]
 
@@ -86,7 +88,7 @@ def _map_height(shown: Floats) -> float:
 
 def _colours_of_views(regions: Regions) -> Floats:
     """Return (n_views, 3) RGB; views in no region are grey."""
-    palette: list[Rgb] = [*region_colours(regions.names), to_rgb("#d0d0d0")]
+    palette: list[Rgb] = [*region_colours(regions.names), rgb_of_hex("#d0d0d0")]
     colours: Floats = np.array(palette)[regions.of_view]
     return colours
 
@@ -95,6 +97,8 @@ def _draw_map(
     axes: Axes, positions: Floats, headings: Floats, colours: Floats, looks: Ints, length: float
 ) -> None:
     """Draw each view as an arrow where it looks, the visited ones as dots, larger when often."""
+    from matplotlib.ticker import MaxNLocator
+
     known = np.isfinite(headings)
     arrows = length * np.stack([np.cos(headings), np.sin(headings)], axis=1)
     axes.quiver(

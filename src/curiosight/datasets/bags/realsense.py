@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.bags.bag import Bag, Topic
 from curiosight.frame import Pose, is_rigid
+from curiosight.frame.rotations import matrix_of
 
 STREAM = re.compile(r"^(/device_\d+/sensor_\d+/[^/]+_\d+)/")
 # ROS 1 until 2025, databases since.
@@ -89,7 +89,7 @@ def _message_pose(message: Any) -> Pose | None:
     if not 0.9 < np.linalg.norm(quaternion) < 1.1:
         return None
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    pose[:3, :3] = matrix_of(quaternion)
     pose[:3, 3] = at.x, at.y, at.z
     return pose
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.bags.bag import beside_bag, is_bag
 from curiosight.datasets.bags.bag_camera import EXTRAS_TOPIC, STRING
@@ -30,6 +29,7 @@ from curiosight.datasets.prefetch import Prefetch
 from curiosight.errors import DataError
 from curiosight.errors.files import writing
 from curiosight.frame import Camera, Depth, Frame, Pose
+from curiosight.frame.rotations import quaternion_of
 
 BagLayout = Literal["ros1", "rosbag2", "mcap"]
 BAG_LAYOUTS: tuple[BagLayout, ...] = get_args(BagLayout)
@@ -229,7 +229,7 @@ class BagWriter:
 
     def _transform(self, pose: Pose, stamp_ns: int) -> Any:
         x, y, z = map(float, pose[:3, 3])
-        qx, qy, qz, qw = map(float, Rotation.from_matrix(pose[:3, :3]).as_quat())
+        qx, qy, qz, qw = map(float, quaternion_of(pose[:3, :3]))
         transform = self._new(
             "geometry_msgs/msg/Transform",
             translation=self._new("geometry_msgs/msg/Vector3", x=x, y=y, z=z),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import re
@@ -10,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from curiosight.datasets.arrays import read_array
-from curiosight.errors.inputs import check_file, read_bytes, read_text
+from curiosight.datasets.matlab import read_matlab
+from curiosight.errors import DataError
+from curiosight.errors.inputs import check_file, read_text
 
 # A place such as "camera/color/k" in small letters, and the numbers that stand there. Numbers
 # of a text without any name stand at "".
@@ -65,11 +66,11 @@ def _structured(path: Path, text: str) -> Any:
 
 def _matlab(path: Path) -> Leaves | None:
     """Collect the arrays of a MATLAB file; None where SciPy cannot read it."""
-    from scipy.io import loadmat
-
     leaves: Leaves = []
     try:
-        content = loadmat(io.BytesIO(read_bytes(path)))
+        content = read_matlab(path)
+    except DataError:
+        raise
     # What a damaged file makes of the reader is not foreseeable.
     except Exception:
         return None

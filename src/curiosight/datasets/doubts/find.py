@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.dataset import Dataset
 from curiosight.datasets.depth_bits import ROTATION
@@ -34,6 +33,7 @@ from curiosight.datasets.doubts.values import (
     stored_depth,
 )
 from curiosight.frame import Camera, Depth, Frame, Pose, is_rigid
+from curiosight.frame.rotations import matrix_of, quaternion_of
 
 # Frames that are opened together differ from their first by these shares of the trajectory's
 # extent or by these angles; the nearest in time is taken.
@@ -224,8 +224,8 @@ def _with_w_first(frame: Frame) -> Frame:
     if given is None or not is_rigid(given):
         return replace(frame, T_world_camera=None)
     pose = np.asarray(given, np.float64).copy()
-    quaternion = Rotation.from_matrix(pose[:3, :3]).as_quat()
-    pose[:3, :3] = Rotation.from_quat(np.roll(quaternion, -1)).as_matrix()
+    quaternion = quaternion_of(pose[:3, :3])
+    pose[:3, :3] = matrix_of(np.roll(quaternion, -1))
     return replace(frame, T_world_camera=pose)
 
 

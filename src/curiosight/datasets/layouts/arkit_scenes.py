@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers
@@ -17,6 +16,7 @@ from curiosight.datasets.trajectory import Trajectory, parse_stamp, table_rows
 from curiosight.errors import DataError
 from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose
+from curiosight.frame.rotations import matrix_of, quaternion_about
 
 COLOUR, DEPTH, CONFIDENCE = "lowres_wide", "lowres_depth", "confidence"
 CAMERAS, POSES = "lowres_wide_intrinsics", "lowres_wide.traj"
@@ -143,7 +143,7 @@ def _read_trajectory(path: Path) -> Trajectory:
     order = np.argsort(stamps, kind="stable")
     values = np.array(rows)[order]
     is_pose = np.isfinite(values).all(axis=1, keepdims=True)
-    to_world = Rotation.from_rotvec(np.where(is_pose, values[:, :3], 0.0)).inv()
-    positions = -to_world.apply(values[:, 3:])
-    quaternions = np.where(is_pose, to_world.as_quat(), np.nan)
+    to_world = quaternion_about(np.where(is_pose, -values[:, :3], 0.0))
+    positions = -np.einsum("nij,nj->ni", matrix_of(to_world), values[:, 3:])
+    quaternions = np.where(is_pose, to_world, np.nan)
     return Trajectory(np.array(stamps, np.int64)[order], positions, quaternions)

@@ -9,7 +9,6 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers
 from curiosight.datasets.decoding import UnreadableFile, decode_content
@@ -22,6 +21,7 @@ from curiosight.datasets.zip_files import ZipMembers
 from curiosight.errors import DataError
 from curiosight.errors.inputs import read_bytes
 from curiosight.frame import Camera, Pose, Rgb, is_rigid
+from curiosight.frame.rotations import matrix_of
 
 ENDING, METADATA, FRAMES = ".r3d", "metadata", "rgbd"
 # The camera axes of its poses are right, up, backward; y is up in its world.
@@ -218,7 +218,7 @@ def _pose(told: dict[str, Any], number: int) -> Pose | None:
     if len(numbers) != 7 or not 0.9 < np.linalg.norm(numbers[:4]) < 1.1:
         return None
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(numbers[:4]).as_matrix()
+    pose[:3, :3] = matrix_of(numbers[:4])
     pose[:3, 3] = numbers[4:]
     pose = pose @ AXES
     return pose if is_rigid(pose) else None

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import glob
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.io import loadmat
 
 from curiosight.datasets.entries import Entry
 from curiosight.datasets.layouts.calibrated import Calibrated
 from curiosight.datasets.listing import find_ground_truth, find_sequences, list_images
+from curiosight.datasets.matlab import read_matlab
 from curiosight.errors import DataError
-from curiosight.errors.inputs import read_bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +109,10 @@ def _read_boxes(path: Path) -> list[tuple[ObjectBox, ...]]:
     """Read the boxes of all frames of a sequence, in order."""
     remedy = "unpack the data set's file again, or delete it"
     try:
-        frames = loadmat(io.BytesIO(read_bytes(path)))["bboxes"].ravel()
+        frames = read_matlab(path)["bboxes"].ravel()
         return [_boxes_of(frame) for frame in frames]
+    except DataError:
+        raise
     # What a damaged file makes of the reader is not foreseeable.
     except Exception as error:
         found = f"cannot be read as boxes in MATLAB's form ({error or type(error).__name__})"

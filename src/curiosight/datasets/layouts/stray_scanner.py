@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from curiosight.datasets.cameras.camera_file import scaled_camera
 from curiosight.datasets.cameras.intrinsics import pixels_of_numbers, read_intrinsics
@@ -28,6 +27,7 @@ from curiosight.datasets.video_frames import VideoFrames
 from curiosight.errors import DataError
 from curiosight.errors.inputs import read_text
 from curiosight.frame import Camera, Pose, Rgb
+from curiosight.frame.rotations import matrix_of
 
 VIDEO, ODOMETRY, CAMERA_FILE = "rgb.mp4", "odometry.csv", "camera_matrix.csv"
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -164,6 +164,6 @@ def _pose(numbers: list[float]) -> Pose | None:
     if not np.isfinite(numbers).all() or not 0.9 < np.linalg.norm(numbers[3:]) < 1.1:
         return None
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(numbers[3:]).as_matrix()
+    pose[:3, :3] = matrix_of(numbers[3:])
     pose[:3, 3] = numbers[:3]
     return pose

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import fft
 
 from curiosight.errors.compiling import njit
 from curiosight.frame import Rgb
@@ -78,6 +77,19 @@ def _halve_rows(plane: Array, kernel: Array) -> Array:
     return half
 
 
+def _fast_length(least: int) -> int:
+    """Return the first length from there on that only 2, 3, 5 and 7 divide: fast to transform."""
+    length = least
+    while True:
+        rest = length
+        for prime in (2, 3, 5, 7):
+            while rest % prime == 0:
+                rest //= prime
+        if rest == 1:
+            return length
+        length += 1
+
+
 def gabor_energy(intensity: Array, angle_deg: float) -> Array:
     """Return how strongly stripes of one direction show at each pixel, 0 at the border.
 
@@ -85,18 +97,18 @@ def gabor_energy(intensity: Array, angle_deg: float) -> Array:
     """
     radius = GABOR_RADIUS
     padded = np.pad(intensity.astype(np.float64), radius, mode="edge")
-    size = [fft.next_fast_len(side) for side in padded.shape]
+    size = [_fast_length(side) for side in padded.shape]
     # The even filter's response is the real part, the odd one's the imaginary part.
-    spectrum = fft.fft2(padded, size) * _gabor_spectrum(angle_deg, *size)
+    spectrum = np.fft.fft2(padded, size) * _gabor_spectrum(angle_deg, *size)
     height, width = intensity.shape
-    response = fft.ifft2(spectrum)[2 * radius :, 2 * radius :][:height, :width]
+    response = np.fft.ifft2(spectrum)[2 * radius :, 2 * radius :][:height, :width]
     return attenuated_border(np.abs(response.real) + np.abs(response.imag), radius)
 
 
 @lru_cache(maxsize=64)
 def _gabor_spectrum(angle_deg: float, height: int, width: int) -> Array:
     even, odd = _gabor_filter(angle_deg, 0.0), _gabor_filter(angle_deg, np.pi / 2)
-    spectrum: Array = fft.fft2(even + 1j * odd, (height, width))
+    spectrum: Array = np.fft.fft2(even + 1j * odd, (height, width))
     return spectrum
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 from curiosight.errors import DataError
 from curiosight.evaluation.baselines.maps import Saliency, check_rgb, stretched
@@ -110,35 +109,40 @@ def reduced(rgb: Rgb, size: tuple[int, int]) -> Image:
     height, width = rgb.shape[:2]
     rows, columns = _blurring(height, size[0]), _blurring(width, size[1])
     channels = cv2.split(rgb.astype(np.float32))
-    return np.stack([rows @ channel @ columns.T for channel in channels])
+    image: Image = np.stack([rows @ channel @ columns.T for channel in channels])
+    return image
 
 
 def enlarged(saliency: Image, size: tuple[int, int]) -> Saliency:
     """Return a map in another (height, width) as Pillow brings it there, bilinearly."""
     rows, columns = _linear(saliency.shape[0], size[0]), _linear(saliency.shape[1], size[1])
-    resized: Saliency = rows @ saliency @ columns.T
-    return np.clip(resized, 0, 1)  # weights sum to 1 but for rounding
+    resized: Saliency = np.asarray(rows @ saliency @ columns.T, np.float32)
+    resized = np.clip(resized, 0, 1)  # weights sum to 1 but for rounding
+    return resized
 
 
 @lru_cache(maxsize=16)
-def _blurring(n_from: int, n_to: int) -> sparse.csr_array:
+def _blurring(n_from: int, n_to: int) -> npt.NDArray[np.float32]:
     """Return the weights of one axis, (n_to, n_from): a Gaussian, then linear interpolation."""
     weights = _tents(n_from, n_to, 1.0)
     sigma = (n_from / n_to - 1) / 2
     if sigma > 0:
         radius = min(int(4 * sigma + 0.5), n_from - 1)
         kernel = cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_64F).ravel()
-        blur = sparse.diags_array(kernel, offsets=range(-radius, radius + 1), shape=(n_from,) * 2)
+        blur = sum(
+            weight * np.eye(n_from, k=offset)
+            for weight, offset in zip(kernel, range(-radius, radius + 1), strict=True)
+        )
         weights = weights @ blur
-    return sparse.csr_array(weights, dtype=np.float32)
+    return np.asarray(weights, np.float32)
 
 
 @lru_cache(maxsize=16)
-def _linear(n_from: int, n_to: int) -> sparse.csr_array:
+def _linear(n_from: int, n_to: int) -> npt.NDArray[np.float32]:
     """Return the weights of one axis, (n_to, n_from); where it shrinks, over all it covers."""
     weights = _tents(n_from, n_to, max(1.0, n_from / n_to))
     weights /= weights.sum(axis=1, keepdims=True)
-    return sparse.csr_array(weights, dtype=np.float32)
+    return np.asarray(weights, np.float32)
 
 
 def _tents(n_from: int, n_to: int, reach: float) -> npt.NDArray[np.float64]:

@@ -51,17 +51,23 @@ def describe_contrast(image: Rgb, superpixels: Superpixels, sums: Sums | None = 
 
 def _surroundings(image: Rgb, centres: Points) -> list[npt.NDArray[np.float32]]:
     """Return the (n, 3) smoothed colours at (n, 2) pixels (u, v), one array per level."""
-    from scipy.ndimage import map_coordinates  # of this set alone: it takes 30 MB
-
     colours = []
     for level, smooth in zip(LEVELS, smoothed(image), strict=True):
         # pyrDown keeps the pixels 0, 2, 4, …: their middles, not their corners, coincide.
         u, v = centres.T / 2**level
-        channels = [
-            map_coordinates(channel, (v, u), order=1, mode="nearest")
-            for channel in cv2.split(smooth)
-        ]
-        colours.append(np.stack(channels, axis=1))
+        colours.append(_between_pixels(smooth, v, u))
+    return colours
+
+
+def _between_pixels(image: npt.NDArray[np.float32], v: Array, u: Array) -> npt.NDArray[np.float32]:
+    """Return the (n, 3) colours at places between pixels, bilinearly; at the edge, the edge's."""
+    v, u = (np.clip(at, 0, side - 1) for at, side in zip((v, u), image.shape, strict=False))
+    top, left = v.astype(np.intp), u.astype(np.intp)
+    below, right = (v - top)[:, None], (u - left)[:, None]
+    bottom, beside = np.minimum(top + 1, len(image) - 1), np.minimum(left + 1, image.shape[1] - 1)
+    upper = image[top, left] * (1 - below) * (1 - right) + image[top, beside] * (1 - below) * right
+    lower = image[bottom, left] * below * (1 - right) + image[bottom, beside] * below * right
+    colours: npt.NDArray[np.float32] = (upper + lower).astype(np.float32)
     return colours
 
 

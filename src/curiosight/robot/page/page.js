@@ -65,7 +65,18 @@ async function showState() {
   for (const region of state.regions ?? []) names.set(region.id, region.name);
   showWhy(state);
   showRegions(state.regions ?? []);
+  showAlarms(state.alarms ?? []);
   if (hasBegun && (plan === null || plan.regions.length === 0)) plan = await (await ask("/plan.json")).json();
+}
+
+function showAlarms(alarms) {
+  at("changes").hidden = alarms.length === 0;
+  at("alarms").replaceChildren(...[...alarms].reverse().map((alarm) => {
+    const line = document.createElement("li");
+    const where = alarm.place < 0 ? "" : `, place ${alarm.place}`;
+    line.textContent = `look ${alarm.look}${where}: ${alarm.reason}`;
+    return line;
+  }));
 }
 
 function showWhy(state) {

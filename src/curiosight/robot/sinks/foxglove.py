@@ -9,9 +9,8 @@ from base64 import b64encode
 from collections.abc import Sequence
 from typing import Any
 
-from scipy.spatial.transform import Rotation
-
 from curiosight.frame import Camera, Pose
+from curiosight.frame.rotations import quaternion_of
 
 INFO = 2
 Message = dict[str, Any]
@@ -128,7 +127,7 @@ def camera_calibration(stamp_ns: int, frame_id: str, camera: Camera) -> Message:
 
 def frame_transform(stamp_ns: int, parent: str, child: str, T_parent_child: Pose) -> Message:
     """Return a FrameTransform."""
-    x, y, z, w = Rotation.from_matrix(T_parent_child[:3, :3]).as_quat().tolist()
+    x, y, z, w = quaternion_of(T_parent_child[:3, :3]).tolist()
     return {
         "timestamp": time(stamp_ns),
         "parent_frame_id": parent,

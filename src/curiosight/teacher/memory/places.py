@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from curiosight.frame import Camera, Frame
 from curiosight.teacher.cloud.points import scale_of
+from curiosight.teacher.things.union import join_linked, number_sets
 
 Array = npt.NDArray[Any]
 # Nearer than this to another (metres) no pose is an outlier, nor nearer than so many times what
@@ -66,7 +65,9 @@ def without_outliers(frames: Sequence[Frame]) -> list[Frame]:
     distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
     np.fill_diagonal(distances, np.inf)
     gap = max(MIN_GAP, GAP_FACTOR * float(np.median(distances.min(axis=1))))
-    _, place = connected_components(csr_array(distances < gap), directed=False)
+    parent = np.arange(len(positions))
+    join_linked(distances < gap, parent)
+    place = number_sets(parent)
     lost = np.array(rows)[place != np.argmax(np.bincount(place))]
     return [frame for row, frame in enumerate(frames) if row not in lost]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,31 @@ ABSTAINS = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
 MIN_SETTLED, MAX_SALIENT = 0.5, 0.1
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Remembered:
+    """All that a frame changed of a memory, for `TemporalTeacher.remember_again`.
+
+    gone: (n,) voxels that it saw through. voxels, ballots, lengths: (r,) of runs of pixels that
+    are of one voxel and say the same.
+    """
+
+    gone: Array
+    voxels: Array
+    ballots: Array
+    lengths: Array
+
+    @classmethod
+    def of(cls, gone: Array, voxels: Array, ballots: Array) -> Self:
+        """Return it of (h, w) voxels and ballots."""
+        seen, said = voxels.ravel(), ballots.ravel()
+        is_first = (seen[1:] != seen[:-1]) | (said[1:] != said[:-1])
+        first = np.append(0, np.flatnonzero(is_first) + 1)[: len(seen)]
+        lengths = np.diff(first, append=len(seen))
+        if lengths.max(initial=0) < 2**16:
+            lengths = lengths.astype(np.uint16)
+        return cls(gone, seen[first], said[first], lengths)
+
+
 class TemporalTeacher:
     """A teacher with a memory of the place, where poses tell what is where.
 
@@ -46,6 +72,8 @@ class TemporalTeacher:
     is_remembering: set it to False once it has seen all there is to see: it then labels frames
         by what it knows, and they do not vote again. What a view does not know is then not
         salient where others know it.
+    is_noting: set it to True to have `noted` say what the last frame changed of the memory; None
+        = nothing.
     """
 
     def __init__(self, teacher: Teacher, *, min_ahead: int = 2) -> None:
@@ -54,6 +82,8 @@ class TemporalTeacher:
         self.votes = VoxelVotes()
         self.min_ahead = min_ahead
         self.is_remembering = True
+        self.is_noting = False
+        self.noted: Remembered | UpTracker | None = None
         self._tracker = UpTracker()
 
     @property
@@ -77,11 +107,21 @@ class TemporalTeacher:
         """Go on from the `memory` of a teacher with the same survey and settings."""
         self.votes, self._tracker = memory
 
+    def remember_again(self, noted: Remembered | UpTracker) -> None:
+        """Remember what another teacher with the same memory has `noted`."""
+        if isinstance(noted, UpTracker):
+            self._tracker = copy(noted)
+            return
+        self.votes.forget(noted.gone)
+        runs = (np.repeat(each, noted.lengths) for each in (noted.voxels, noted.ballots))
+        self.votes.add(*runs)
+
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame by itself, correct it by memory, and remember it.
 
         A frame without pose is not corrected: only which way is up is carried to the next.
         """
+        self.noted = None
         repeats = self.teacher.repeats_in(frame)
         # Masks are as large as the image.
         if repeats is not None and self.teacher.masks is None:
@@ -95,10 +135,13 @@ class TemporalTeacher:
         stride = self.settings.stride_at(scale_of(frame.camera))
         voxels = self.votes.voxels_of(frame.depth, frame.camera, pose, stride=stride)
         if self.is_remembering:
-            self.votes.forget_removed(frame.depth, frame.camera, pose)
+            gone = self.votes.forget_removed(frame.depth, frame.camera, pose)
         corrected = self._corrected(alone, stride, voxels)
         if self.is_remembering:
-            self.votes.add(voxels, _ballots(alone, stride))
+            ballots = _ballots(alone, stride)
+            self.votes.add(voxels, ballots)
+            if self.is_noting:
+                self.noted = Remembered.of(gone, voxels, ballots)
         full, _, _ = spread(
             corrected.astype(np.int32),
             np.ascontiguousarray(frame.depth[::stride, ::stride]),
@@ -122,6 +165,8 @@ class TemporalTeacher:
             return self.teacher.segment(frame)
         tracked = self.teacher.segment(frame, up=self._tracker.up_in(frame.depth))
         self._tracker.update(frame.depth, [s.plane for s in tracked.supports])
+        if self.is_noting:
+            self.noted = copy(self._tracker)
         return tracked
 
     def _corrected(self, alone: Segmentation, stride: int, voxels: Array) -> npt.NDArray[np.uint8]:

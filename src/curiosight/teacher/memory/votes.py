@@ -115,17 +115,29 @@ class VoxelVotes:
 
     def forget_removed(
         self, depth: Depth, camera: Camera, T_world_camera: Pose, *, gap: float = 0.10
-    ) -> None:
+    ) -> Array:
         """Forget the salient voxels that a view sees through: what was there has gone.
 
         gap: metres by which the surface behind must be farther.
+        Return the (n,) voxels, for `forget`.
         """
         T_camera_world = np.linalg.inv(T_world_camera)
         pinhole = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
         table, salient = (self._voxels, self._votes), self._salient[: self._n_salient]
-        self._n_salient = _forget_removed(
-            *table, salient, depth, pinhole, T_camera_world, self.side, gap
+        gone = np.empty(len(salient), np.int64)
+        n_gone = _forget_removed(
+            *table, salient, depth, pinhole, T_camera_world, self.side, gap, gone
         )
+        self._n_salient -= n_gone
+        return gone[:n_gone].copy()
+
+    def forget(self, gone: Array) -> None:
+        """Forget the (n,) salient voxels that `forget_removed` told of."""
+        salient = self._salient[: self._n_salient]
+        left = salient[~np.isin(salient, gone)]
+        self._salient[: len(left)], self._n_salient = left, len(left)
+        for voxel in gone:
+            self._votes[find_slot(self._voxels, voxel), :LAST] = 0
 
     def _forget_unseen(self) -> None:
         """Forget the half of the voxels that was not seen for longest."""
@@ -277,11 +289,15 @@ def _forget_removed(
     T_camera_world: Array,
     side: float,
     gap: float,
+    gone: Array,
 ) -> int:
-    """Forget what `forget_removed` says; return how many of the (n,) salient voxels are left."""
+    """Forget what `forget_removed` says of the (n,) salient voxels; return how many.
+
+    gone: (n,), these are written to its beginning.
+    """
     height, width = depth.shape
     fx, fy, cx, cy = pinhole
-    bits, n_left = (1 << 21) - 1, 0
+    bits, n_left, n_gone = (1 << 21) - 1, 0, 0
     for place in range(len(salient)):
         voxel = salient[place]
         # It stays in the list unless it has gone.
@@ -310,7 +326,9 @@ def _forget_removed(
             slot = find_slot(voxels, voxel)
             votes[slot, :LAST] = 0
             n_left -= 1
-    return n_left
+            gone[n_gone] = voxel
+            n_gone += 1
+    return n_gone
 
 
 @njit(cache=True, nogil=True)

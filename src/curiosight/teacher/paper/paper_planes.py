@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import label
 
 from curiosight.teacher.cloud.planes import Mask, Plane
 from curiosight.teacher.cloud.points import Points
@@ -142,7 +142,10 @@ def _fit(xyz: Array, side: Array) -> tuple[Array, float]:
 
 def _largest_piece(is_inlier: Mask) -> Mask:
     """(h, w) bool: the largest piece of a mask that is connected in the image."""
-    piece, _ = label(is_inlier, np.ones((3, 3)))
+    # Numbered in the order of their first pixels: of equal ones the first is taken.
+    _, piece = cv2.connectedComponentsWithAlgorithm(
+        is_inlier.astype(np.uint8), 8, cv2.CV_32S, cv2.CCL_WU
+    )
     n_points = np.bincount(piece.ravel())
     n_points[0] = 0
     largest: Mask = is_inlier & (piece == n_points.argmax())

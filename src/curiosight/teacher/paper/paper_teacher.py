@@ -15,9 +15,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.planes import Mask, Plane, horizontal_axes
@@ -27,6 +24,7 @@ from curiosight.teacher.paper.paper_planes import find_main_plane, find_walls
 from curiosight.teacher.paper.paper_settings import PaperSettings
 from curiosight.teacher.segmented import Segmentation
 from curiosight.teacher.supports.supports import Scene
+from curiosight.teacher.things.clusters import near_sets
 from curiosight.teacher.things.verdicts import Cluster, Verdict
 
 Array = npt.NDArray[Any]
@@ -69,7 +67,7 @@ class PaperTeacher:
         for wall in find_walls(points, main_plane.normal, rest, self.settings, rng):
             rest &= ~wall.inliers
         where = np.flatnonzero(rest & (heights <= self.limits.max_height))
-        number, n_voxels = kd_tree_clusters(
+        number, n_voxels = voxel_clusters(
             points.xyz_at(where), leaf=self.limits.leaf, tolerance=self.limits.tolerance
         )
         border_px = self.settings.border_px
@@ -119,8 +117,8 @@ class PaperTeacher:
         return Verdict.OBJECT
 
 
-def kd_tree_clusters(xyz: Array, *, leaf: float, tolerance: float) -> tuple[Array, Array]:
-    """Number the clusters of (n, 3) points in metres: Euclidean, of voxels, by a k-d tree.
+def voxel_clusters(xyz: Array, *, leaf: float, tolerance: float) -> tuple[Array, Array]:
+    """Number the clusters of (n, 3) points in metres: Euclidean, of voxels.
 
     Points in one voxel of side `leaf` belong together, and so do voxels whose mean points lie
     within `tolerance` of each other. Return each point's cluster, (n,), from 0, and how many
@@ -130,10 +128,8 @@ def kd_tree_clusters(xyz: Array, *, leaf: float, tolerance: float) -> tuple[Arra
     _, voxel, n_points = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
     sums = np.stack([np.bincount(voxel, xyz[:, axis], len(n_points)) for axis in range(3)], axis=1)
     means = sums / n_points[:, None]
-    one, other = cKDTree(means).query_pairs(tolerance, output_type="ndarray").T
-    links = coo_array((np.ones(len(one), np.bool_), (one, other)), (len(means), len(means)))
-    n_clusters, cluster_of_voxel = connected_components(links, directed=False)
-    return cluster_of_voxel[voxel], np.bincount(cluster_of_voxel, minlength=n_clusters)
+    cluster_of_voxel = near_sets(means, tolerance)
+    return cluster_of_voxel[voxel], np.bincount(cluster_of_voxel)
 
 
 def _members(where: Array, number: Array) -> list[Array]:

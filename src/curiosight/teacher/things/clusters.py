@@ -32,12 +32,19 @@ def euclidean_clusters(xyz: Array, *, leaf: float, tolerance: float) -> Array:
     """
     xyz = np.ascontiguousarray(xyz, np.float64)
     voxel, keys, _ = _number_cells(xyz, leaf)
-    means, parent = np.zeros((len(keys), 3)), np.arange(len(keys))
+    means = np.zeros((len(keys), 3))
     _average(xyz, voxel, np.bincount(voxel), means)
-    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
-    _join_near(means, tolerance, *_number_cells(means, 1.000001 * tolerance), parent)
-    cluster: Array = number_sets(parent).take(voxel)
+    cluster: Array = near_sets(means, tolerance).take(voxel)
     return cluster
+
+
+def near_sets(xyz: Array, tolerance: float) -> Array:
+    """Number the sets of (n, 3) points in metres that hang together within a tolerance."""
+    parent = np.arange(len(xyz))
+    # Wider by a trifle, so that rounding never puts neighbours two cells apart.
+    _join_near(xyz, tolerance, *_number_cells(xyz, 1.000001 * tolerance), parent)
+    number: Array = number_sets(parent)
+    return number
 
 
 def join_stacked(

@@ -12,11 +12,11 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from curiosight.teacher.cloud.planes import Mask
 from curiosight.teacher.things.clusters import euclidean_clusters
 from curiosight.teacher.things.groups import Groups
+from curiosight.teacher.things.nearest_points import nearest_points
 from curiosight.teacher.things.things import (
     MAX_AT_BORDER,
     Thing,
@@ -103,7 +103,7 @@ def _pieces(members: Array, thing: Thing, regions: _Regions, around: Surrounding
     if len(outside) == 0 or len(inside) == 0:
         return piece
     xyz = around.points.xyz_at(members)
-    gap, nearest = cKDTree(xyz[inside]).query(xyz[outside])
+    gap, nearest = nearest_points(xyz[inside], xyz[outside])
     piece[outside] = piece[inside[nearest]]
     rim = RIM + around.settings.noise * thing.distance**2
     is_rest, limits = gap > rim, around.supports[thing.support].settings
@@ -139,7 +139,7 @@ def _divided(members: Array, piece: Array, thing: Thing, around: Surroundings) -
     owner_of: Array = number_points(objects, around.points.depth.shape).take(members)
     is_owned = owner_of > 0
     xyz = around.points.xyz_at(members)
-    _, nearest = cKDTree(xyz[is_owned]).query(xyz[~is_owned])
+    _, nearest = nearest_points(xyz[is_owned], xyz[~is_owned])
     owner_of[~is_owned] = owner_of[is_owned][nearest]
     whole = _measured(members, owner_of, thing, around, stands=True)
     return [(part, Verdict.OBJECT) for part in whole]

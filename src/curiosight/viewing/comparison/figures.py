@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from typing import TYPE_CHECKING, Any
 
 from curiosight.viewing.comparison.confusion import OUTCOMES
 from curiosight.viewing.comparison.content import COLUMN_OF, Curve, MethodResult, WallRow
@@ -24,9 +20,13 @@ from curiosight.viewing.comparison.curve_styles import (
 )
 from curiosight.viewing.comparison.standings import ranked, written
 from curiosight.viewing.comparison.wall import TILE_PX, Mosaic, blocks, mosaic
-from curiosight.viewing.overlays import Colour
-from curiosight.viewing.paper import FAINT, HUES, INK, new_figure, save_figure, with_style
+from curiosight.viewing.paper import FAINT, HUES, INK, new_figure, rgb_of, save_figure, with_style
 from curiosight.viewing.truth import HATCH, IGNORED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 _GREY = "#b4b4b4"
 _GRID = "#e6e6e6"
@@ -116,16 +116,12 @@ def _draw_mosaic(axes: Axes, block: Mosaic) -> None:
 
 def _outcome_patches() -> list[Patch]:
     """Return a patch for each colour of the mistakes and of the truth."""
-    patches = [Patch(facecolor=_share(colour), label=name) for name, colour in OUTCOMES.items()]
-    ignored = Patch(facecolor=_share(IGNORED), linewidth=0, label="ignored: truth not known")
-    ignored.set(edgecolor=_share(HATCH), hatch="////")
+    from matplotlib.patches import Patch
+
+    patches = [Patch(facecolor=rgb_of(*colour), label=name) for name, colour in OUTCOMES.items()]
+    ignored = Patch(facecolor=rgb_of(*IGNORED), linewidth=0, label="ignored: truth not known")
+    ignored.set(edgecolor=rgb_of(*HATCH), hatch="////")
     return [*patches, ignored, Patch(visible=False, label="maps: black 0, white 1")]
-
-
-def _share(colour: Colour) -> tuple[float, float, float]:
-    """Return an 8-bit colour in [0, 1]."""
-    red, green, blue = colour
-    return red / 255, green / 255, blue / 255
 
 
 def _new_axes(n_methods: int, x_title: str, y_title: str) -> Axes:
@@ -154,6 +150,8 @@ def _plot(axes: Axes, curves: Sequence[tuple[StyledMethod, Curve]]) -> None:
 
 def _line(one: StyledMethod) -> Line2D:
     """Return a line without points, in the method's look."""
+    from matplotlib.lines import Line2D
+
     dashes = DASHES[one.dash]
     return Line2D(
         [],

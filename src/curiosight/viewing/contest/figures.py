@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter
 
 from curiosight.viewing.figures import share_of_steps, window_shares
 from curiosight.viewing.paper import (
@@ -22,6 +20,9 @@ from curiosight.viewing.paper import (
     save_figure,
     with_style,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -89,6 +90,8 @@ def _scale_x(axes: Axes, ends: Sequence[float]) -> None:
     if min(ends) <= 0 or max(ends) < _UNLIKE * min(ends):
         axes.set_xlim(0, max(ends))
         return
+    from matplotlib.ticker import FuncFormatter
+
     axes.set_xscale("log")
     axes.set_xlim(_BEGIN * min(ends), max(ends))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))

@@ -118,7 +118,8 @@ class Report:
     region_names: of the regions that `steps` and `room_map` number. region_note: a sentence that
         tells how to read these names.
     decisions: why it went where it went, each with the step that it led to.
-    problems: what went wrong. limits: what the report cannot tell.
+    events: what changed while it ran. problems: what went wrong. limits: what the report cannot
+        tell.
     """
 
     title: str
@@ -130,6 +131,7 @@ class Report:
     region_names: Sequence[str] = ()
     region_note: str = ""
     decisions: Sequence[tuple[int, Decision]] = ()
+    events: Sequence[str] = ()
     room_map: RoomMap | None = None
     making: Making | None = None
     problems: Sequence[str] = ()

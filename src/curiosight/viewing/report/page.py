@@ -66,6 +66,7 @@ def _sections(report: Report) -> Iterator[Markup]:
     if report.decisions and report.region_names:
         table = decision_table(report.decisions, report.region_names)
         yield section("decisions", "Why it went there", _DECISIONS, table)
+    yield list_section("events", "What changed", report.events)
     yield list_section("problems", "What went wrong", report.problems)
     yield list_section("limits", "What this page cannot tell", report.limits)
     if report.making is not None:
