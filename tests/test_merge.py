@@ -13,7 +13,7 @@ from curiosight.experiments.components import make_learner
 from curiosight.frame import Camera, Frame, Label
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner
-from curiosight.learner.merging import merge_all, merge_learners
+from curiosight.learner.merging import fingerprint, merge_all, merge_learners
 from curiosight.teacher import CallTeacher
 
 Capsys = pytest.CaptureFixture[str]
@@ -77,7 +77,9 @@ def two() -> tuple[SaliencyLearner, SaliencyLearner]:
 def test_merged_model_knows_each_room_as_well_as_who_knew_it_better(
     two: tuple[SaliencyLearner, SaliencyLearner],
 ) -> None:
+    before = [fingerprint(one) for one in two]
     merged = merge_learners(*two)
+    assert [fingerprint(one) for one in two] == before
     assert sorted(merged.experts.n_views()) == [12, 12, 24]
     assert merged.n_samples <= 4000
     for room in (KITCHEN, BEDROOM, OFFICE):

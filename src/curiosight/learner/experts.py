@@ -244,7 +244,7 @@ class Experts:
         """Forget everything, then know what others know.
 
         A place that one of them knows keeps its trees; where several know it, and everywhere,
-        trees are grown anew from the samples of all.
+        trees are grown anew on the samples of all, before those that are too many leave.
 
         others: with each (n,) the spots here that its spots are. places: of these spots.
         """
@@ -260,7 +260,7 @@ class Experts:
             for forest in experts.of_place or (experts.common,)
         ]
         common = [_source(experts.common, spots) for experts, spots in others]
-        self.common.fit(*_joined(common if n_places > 1 else of_places))
+        self._grow_on_all(self.common, common if n_places > 1 else of_places)
         self.of_place = tuple(
             self._taken_in(of_places, place) for place in range(n_places if n_places > 1 else 0)
         )
@@ -271,8 +271,16 @@ class Experts:
         if sum(len(rows) > 0 for _, rows, *_ in here) == 1:
             return self._gather(sources, place)
         forest = self._new_forest(int(self._place_of_spot.max()) + 1)
-        forest.fit(*_joined(here))
+        self._grow_on_all(forest, here)
         return forest
+
+    def _grow_on_all(self, forest: Forest, sources: Sequence[Source]) -> None:
+        """Grow trees on all samples, more than a forest may keep; then those too many leave."""
+        rows, is_salient, spots = _joined(sources)
+        whole = forest.another(max_samples=max(1, len(rows)), n_regrown=self._n_regrown)
+        whole.fit(rows, is_salient, spots)
+        forest.restore(whole.state_arrays())
+        _evict(forest)
 
     def _arrange(self, place_of_spot: Numbers) -> None:
         """Let samples follow their spots to other places."""

@@ -41,7 +41,8 @@ class _Known:
     """What is known of places, spot by spot: see `Places.state_arrays`."""
 
     def __init__(self, arrays: dict[str, Array]) -> None:
-        known = {name.removeprefix("places_"): array for name, array in arrays.items()}
+        # Copies: the places that they are of stay as they are.
+        known = {name.removeprefix("places_"): array.copy() for name, array in arrays.items()}
         self.axes: Array = known["axes"]
         self.cells = [(int(x), int(y)) for x, y in known["cells"]]
         self.place_of_spot: Numbers = known["of_spot"]
