@@ -80,8 +80,8 @@ class Places:
         return np.bincount(self.place_of_spot, self._n_views, self.n_places).astype(np.int64)
 
     def is_known(self, spot: int) -> bool:
-        """Tell whether more than one view was taken from a spot."""
-        return bool(self._n_views[spot] > 1)
+        """Tell whether more than one view was taken from a spot; never where none was told."""
+        return spot < len(self._n_views) and bool(self._n_views[spot] > 1)
 
     def add(self, sight: Sight) -> int:
         """Take in a view, and return its spot.
