@@ -21,10 +21,12 @@ from golden_maps import IMAGES, assert_equals_golden, golden_input
 
 Array = npt.NDArray[Any]
 METHODS = (vocus2_coffee, vocus2_kitchen, vocus2_msra)
+# What is blurred farthest takes seconds: of its images these.
+SOME = ("sk_coffee", "synth_frame", "tsdf_000000", "vocus2_msra")
+COMPARED = [(m, image) for m in METHODS for image in (SOME if m is vocus2_msra else IMAGES)]
 
 
-@pytest.mark.parametrize("image", IMAGES)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "image"), COMPARED)
 def test_equals_the_original(method: Callable[[Array], Array], image: str) -> None:
     saliency = method(golden_input(image))
     assert_equals_golden(saliency, method.__name__, image, pearson=0.999999, levels=1)

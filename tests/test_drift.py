@@ -15,6 +15,7 @@ from curiosight.learner.drift import ALARM, CAUSES, Alarm, Cause, Drift, Event
 from curiosight.learner.glance import N_ACROSS, N_DOWN, Glance, colours_of
 from curiosight.learner.rise import LEAST_KNOWN, N_KEPT, N_NEWEST, Rise, winnings
 from curiosight.learner.scenery import Scenery, Signs
+from curiosight.learner.staleness import Staleness
 from curiosight.viewing.report import Report
 from curiosight.viewing.report.page import report_html
 
@@ -275,3 +276,26 @@ def test_colours_are_logarithms_where_they_can_be_told() -> None:
     expected = [math.log(100), math.log(2), math.log(4)]
     np.testing.assert_allclose(colours[0, 0], expected, atol=1e-5)
     assert np.isnan(colours[0, 1:]).all()
+
+
+def test_looks_from_one_spot_count_once_and_when_it_is_left() -> None:
+    pose, turned, away = (np.eye(4) for _ in range(3))
+    turned[:3, 2] = 1, 0, 0
+    away[0, 3] = 1.5
+    staleness = Staleness()
+    for error in (0.2, 0.4):
+        staleness.note(0, pose, Signs(tint=error / 2), error)
+    assert not staleness.drifts
+    staleness.note(0, turned, Signs(), None)
+    assert list(staleness.drifts[0].rises["errors"].known) == pytest.approx([0.3])
+    assert list(staleness.drifts[0].rises["tint"].known) == pytest.approx([0.15])
+    staleness.note(0, away, Signs(), 0.5)
+    staleness.note(1, away, Signs(), 0.5)
+    assert list(staleness.drifts[0].rises["errors"].known) == pytest.approx([0.3, 0.5])
+
+
+def test_without_poses_ten_looks_in_a_row_count_once() -> None:
+    staleness = Staleness()
+    for look in range(25):
+        staleness.note(0, None, Signs(), 0.1 * (look // 10))
+    assert list(staleness.drifts[0].rises["errors"].known) == pytest.approx([0.0, 0.1])

@@ -197,7 +197,10 @@ def test_what_is_known_of_changes_follows_its_views() -> None:
     staleness = Staleness()
     for place in range(3):
         for look in range(place + 1):
-            staleness.note(place, Signs(gone=0.1 * look), None)
+            pose = np.eye(4)
+            pose[0, 3] = 3 * look
+            staleness.note(place, pose, Signs(gone=0.1 * look), None)
+    staleness.note(3, None, Signs(), None)  # a look counts once the next is from another spot
     origins = _origins(np.array([0, 0, 1, 1, 1, 2]), np.array([1, 1, 0, 0, 3, 2, 2, 4]))
     assert origins == {1: 0, 0: 1, 3: 1, 2: 2}
     staleness.move(origins)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.frame import Pose
 from curiosight.learner.drift import Alarm
 from curiosight.learner.features import Rows
 from curiosight.learner.forest import Forest
@@ -76,6 +77,7 @@ class Experts:
         self._scenery = Scenery()
         # Of the view that was noted last.
         self._signs = Signs()
+        self._pose: Pose | None = None
         # Held where places and their forests must fit each other.
         self._lock = Lock()
 
@@ -172,7 +174,7 @@ class Experts:
 
         What tells whether the place has changed is kept for `update`.
         """
-        self._signs = Signs()
+        self._signs, self._pose = Signs(), None if sight is None else sight.T_world_camera
         if self.places is None or sight is None:
             return 0
         if sight.glance is not None:
@@ -195,7 +197,7 @@ class Experts:
         forest = self._forest(place)
         alarm = self._note_signs(place, spot, error) if self.is_trained else None
         if alarm is not None:
-            self._staleness.begin(place, forest)
+            self._staleness.begin(alarm.place, self._forest(alarm.place))
         self._staleness.make_room(place, forest, len(rows))
         regrown = forest.update(rows, is_salient, spot)
         trees = {place: self._staleness.regrow(place, forest, regrown)}
@@ -214,7 +216,7 @@ class Experts:
         if self.places is None:
             return None
         told = error if self.places.is_known(spot) else None
-        return self._staleness.note(place, self._signs, told)
+        return self._staleness.note(place, self._pose, self._signs, told)
 
     def _forest(self, place: int) -> Forest:
         return self.common if place == COMMON else self.of_place[place]

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
 
+from curiosight.frame import Pose
 from curiosight.learner.drift import Alarm, Drift
 from curiosight.learner.forest import Forest
 from curiosight.learner.scenery import Signs
+from curiosight.learner.stays import Stay
 
 # Of a place that has changed so many old samples leave for each new one.
 FORGETTING = 2
@@ -18,16 +20,31 @@ FORGETTING = 2
 class Staleness:
     """What is known of each place's changes, and how much of its forest is of what it was.
 
-    drifts: by place. n_stale: of each place that has changed, how many of its oldest samples are of
-    what it was; while there are some its forest regrows twice as many trees a frame.
+    drifts: by place. stay: the looks that have not counted yet, see `Stay`. n_stale: of each place
+    that has changed, how many of its oldest samples are of what it was; while there are some its
+    forest regrows twice as many trees a frame.
     """
 
     drifts: dict[int, Drift] = field(default_factory=dict)
     n_stale: dict[int, int] = field(default_factory=dict)
+    stay: Stay | None = None
 
-    def note(self, place: int, signs: Signs, error: float | None) -> Alarm | None:
-        """Take in what a look at a place tells of change; error: None = nothing."""
-        return self.drifts.setdefault(place, Drift()).add(place, signs, error)
+    def note(
+        self, place: int, pose: Pose | None, signs: Signs, error: float | None
+    ) -> Alarm | None:
+        """Take in what a look at a place tells of change; error: None = nothing.
+
+        It counts once the camera has left the spot: looks from one spot are alike, and would pass
+        for so many signs of one thing.
+        """
+        ended = None
+        if self.stay is None or not self.stay.goes_on(place, pose):
+            ended, self.stay = self.stay, Stay(place, pose)
+        self.stay.add(signs, error)
+        if ended is None:
+            return None
+        drift = self.drifts.setdefault(ended.place, Drift())
+        return drift.add(ended.place, ended.signs(), ended.mean("error"))
 
     def begin(self, place: int, forest: Forest) -> None:
         """Take all that the forest of a place knows for what the place was."""
@@ -58,4 +75,4 @@ class Staleness:
             for place, origin in origins.items()
             if origin in self.drifts
         }
-        self.n_stale = {}
+        self.n_stale, self.stay = {}, None
