@@ -25,7 +25,6 @@ from curiosight.experiments.components import (
     make_world,
     note_frames,
     place,
-    same_views,
     survey_dataset,
 )
 from curiosight.experiments.dividing import choose_regions, graph_ways
@@ -34,7 +33,8 @@ from curiosight.experiments.handing_on import Continued, HandedOn, Rooms, own_re
 from curiosight.experiments.keeping import Keeping
 from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.problems import Lessons, Problems
-from curiosight.experiments.snapshot import STATE, Snapshot
+from curiosight.experiments.run_snapshot import run_snapshot
+from curiosight.experiments.snapshot import STATE
 from curiosight.experiments.so_far import SoFar
 from curiosight.experiments.steps import STEPS, TIMES, StepRow, read_steps, read_times
 from curiosight.experiments.stopwatch import Stopwatch, summarise
@@ -44,9 +44,7 @@ from curiosight.experiments.truth import LEAST_TO_LEARN as LEAST_TO_LEARN
 from curiosight.explore import Step, explore
 from curiosight.explorer import Regions
 from curiosight.explorer.decision import Decision
-from curiosight.explorer.ground import Ways
-from curiosight.explorer.own import is_own
-from curiosight.explorer.strategies import check_loadable, make_strategy
+from curiosight.explorer.strategies import check_loadable
 from curiosight.frame import Frame, Viewpoint
 from curiosight.learner.archive import MODEL as MODEL
 from curiosight.learner.archive import find_model
@@ -129,7 +127,9 @@ class Exploration:
         self.stopwatch = self._watch()
         self._keeping = keeping or Keeping()
         self._rooms = Rooms.of(config, dataset, self.regions)
-        self._snapshot = self._make_snapshot(ways)
+        self._snapshot = run_snapshot(
+            config, given, dataset.ids, self.learner, self.world.views, self.world.views, ways
+        )
         self.last_decisions: Sequence[tuple[int, Decision]] = ()
         if self.continued is not None:
             self.continued.tell(self._strategy, views, ways)
@@ -295,24 +295,6 @@ class Exploration:
             return own_regions(self.out.path / STATE, self.dataset)
         return None
 
-    def _make_snapshot(self, ways: Ways) -> Snapshot:
-        """Return what keeps the state; all that the command makes anew is outside of it."""
-        views = self.world.views
-        outside: dict[str, object] = {
-            "learner": self.learner,
-            "views": views,
-            "ways": ways,
-            "make_strategy": make_strategy,
-            "same_views": same_views,
-        }
-        for view in views:
-            outside[f"view {view.index}"] = view
-            outside[f"pose {view.index}"] = view.T_world_camera
-        strategy = self.config.explorer.strategy
-        own = [strategy.partition(":")[0].partition(".")[0]] if is_own(strategy) else []
-        version = "" if self._given is None else self._given.version
-        return Snapshot(version, self.dataset.ids, outside, own)
-
     def _keep_state(self, *, is_done: bool = False) -> None:
         """Write what it takes to go on, or where it is done to tell of the run."""
         if self._given is None or self.unkept is not None:
@@ -326,7 +308,6 @@ class Exploration:
             "sizes": self._tables.sync(),
             "so_far": self.so_far,
             "decisions": list(self.last_decisions),
-            "teacher": memory,
         }
         if not is_done:
             state |= {
@@ -350,7 +331,7 @@ class Exploration:
         state = self._snapshot.read(self.out.path / STATE)
         self.so_far, self.last_decisions = state["so_far"], state["decisions"]
         if (teacher := self._remembering) is not None:
-            teacher.recall(state["teacher"])
+            teacher.recall(state["handed_on"].memory)
         if "learner" in state:
             self._go_on(state)
         else:

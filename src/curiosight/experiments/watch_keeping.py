@@ -15,16 +15,14 @@ from curiosight.datasets import Dataset
 from curiosight.errors import DataError
 from curiosight.experiments.camera_start import BEGUN, Begun, FirstFrames
 from curiosight.experiments.command_file import COMMAND, GivenWatch
-from curiosight.experiments.components import same_views
 from curiosight.experiments.deciding import DecisionsFile
 from curiosight.experiments.handing_on import HandedOn, Rooms
 from curiosight.experiments.journal import JOURNAL, REMEDY, Journal, read_journal
 from curiosight.experiments.output import OutputFolder, TableFile
-from curiosight.experiments.snapshot import KIND, STATE, Snapshot
+from curiosight.experiments.run_snapshot import run_snapshot
+from curiosight.experiments.snapshot import KIND, STATE
 from curiosight.experiments.watch_parts import Parts
 from curiosight.experiments.watched import LookRecord, Watched
-from curiosight.explorer.own import is_own
-from curiosight.explorer.strategies import make_strategy
 from curiosight.learner.archive import MODEL, read_archive
 from curiosight.robot.advice import Advice
 from curiosight.robot.watch import Watch
@@ -70,7 +68,9 @@ class WatchKeeper:
         self._comes_again = not isinstance(dataset, FirstFrames)
         self._dataset = dataset
         self._journal = Journal(out.path / JOURNAL)
-        self._snapshot = self._make_snapshot()
+        self._snapshot = run_snapshot(
+            parts.config, given, dataset.ids, parts.learner, advice.views, parts.views, parts.ways
+        )
         self._rooms = Rooms.of(parts.config, dataset, parts.regions)
         if (teacher := self.remembering) is not None:
             teacher.is_noting = given is not None
@@ -126,7 +126,6 @@ class WatchKeeper:
                     "so_far": self.so_far,
                     "learner": self._parts.learner.learned() if self._is_learning else None,
                     "advice": self._advice.state(),
-                    "teacher": memory,
                 }
             )
         self._journal.begin_anew()
@@ -174,8 +173,9 @@ class WatchKeeper:
         self.so_far = state["so_far"]
         if state["learner"] is not None:
             self._parts.learner.take_up(state["learner"])
-        if (teacher := self.remembering) is not None and state["teacher"] is not None:
-            teacher.recall(state["teacher"])
+        memory = state["handed_on"].memory
+        if (teacher := self.remembering) is not None and memory is not None:
+            teacher.recall(memory)
         advice = dict(state["advice"])
         if advice["strategy"] is None:
             advice["strategy"] = self._advice.strategy
@@ -205,24 +205,6 @@ class WatchKeeper:
         """The teacher, if it has a memory."""
         teacher = self._parts.teacher
         return teacher if isinstance(teacher, TemporalTeacher) else None
-
-    def _make_snapshot(self) -> Snapshot:
-        """Return what writes the state; all that the command makes anew is outside of it."""
-        parts = self._parts
-        outside: dict[str, object] = {
-            "learner": parts.learner,
-            "views": self._advice.views,
-            "ways": parts.ways,
-            "make_strategy": make_strategy,
-            "same_views": same_views,
-        }
-        for view in parts.views:
-            outside[f"view {view.index}"] = view
-            outside[f"pose {view.index}"] = view.T_world_camera
-        strategy = parts.config.explorer.strategy
-        own = [strategy.partition(":")[0].partition(".")[0]] if is_own(strategy) else []
-        version = "" if self._given is None else self._given.version
-        return Snapshot(version, self._dataset.ids, outside, own)
 
     def write_beginning(self) -> None:
         """Write by what the watch can be gone on with, but for its state."""
