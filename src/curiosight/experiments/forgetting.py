@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.experiments.transfer import rounded
+from curiosight.experiments.transfer import rounded, sums_of
 
 Floats = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
@@ -60,16 +60,11 @@ class Forgetting:
         rows = [[self.qualities[place].get(column) for column in columns] for place in learned]
         last = [end[column] for column in columns]
         matrix = np.array([*rows, last], float)
-        best = [float(np.nanmax(matrix[row:, row])) for row in range(len(learned))]
-        first = np.diag(matrix)[: len(learned)]
-        now = matrix[-1, : len(learned)]
         return {
             "after": learned,
             "tested_on": columns,
             "qualities": [[rounded(one) for one in row] for row in matrix.tolist()],
-            "average_quality": rounded(float(matrix[-1].mean())),
-            "backward_transfer": rounded(float((now - first).mean())),
-            "forgetting": rounded(float((np.array(best) - now).mean())),
+            **sums_of(matrix, len(learned)),
         }
 
 
