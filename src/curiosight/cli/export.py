@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -16,16 +15,16 @@ from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import Config, load_config
 from curiosight.datasets import BAG_LAYOUTS, BagWriter, Dataset, GraphNode, RlIac, RlIacWriter
+from curiosight.datasets.bags.writer import ENDINGS
 from curiosight.errors import DataError
 from curiosight.experiments.components import survey_dataset
 from curiosight.experiments.dividing import choose_regions, region_graph
-from curiosight.experiments.output import OutputFolder
+from curiosight.experiments.output import OutputFolder, default_path
 from curiosight.experiments.problems import Problems
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
 RL_IAC = "rl-iac"
-ENDINGS = {"ros1": ".bag", "rosbag2": "", "mcap": ".mcap"}
 
 
 @reads_source
@@ -118,7 +117,7 @@ def _export_bag(
         raise ValueError(
             f"layout: expected {', '.join((RL_IAC, *BAG_LAYOUTS, ONNX))}, got {layout!r}"
         )
-    path = out or Path("runs") / f"export-{datetime.now():%Y%m%d-%H%M%S}{ENDINGS[layout]}"
+    path = out or default_path("export", ENDINGS.get(layout, ""))
     if path.resolve().is_relative_to(source.resolve()):
         found = "lies inside the recording, which stays as it is"
         raise DataError(path, found, "choose an --out elsewhere")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from datetime import datetime
 from pathlib import Path
 
 from curiosight.cli.talk import Talk
 from curiosight.errors import DataError
 from curiosight.experiments.exploring import load_run_model
+from curiosight.experiments.output import default_path
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.onnx_export import export_onnx
 
@@ -18,7 +18,7 @@ ENDING = ".onnx"
 
 def export_model(talk: Talk, run: Path, out: Path | None, *, overwrite: bool) -> None:
     """Write the forests of a run as an ONNX file, and say what is in it."""
-    path = out or Path("runs") / f"export-{datetime.now():%Y%m%d-%H%M%S}{ENDING}"
+    path = out or default_path("export", ENDING)
     if path.suffix.lower() != ENDING:
         raise ValueError(f"out: expected a name that ends in {ENDING}, got {path.name!r}")
     if path.is_dir():

@@ -115,8 +115,9 @@ def watch(
     1 = it was to learn, and nothing was learned.
     """
     if resume is None and source is None:
-        told = "see `curiosight watch --help`"
-        raise ValueError(f"SOURCE: expected one, or --resume RUN, got none ({told})")
+        from curiosight.cli.resume import no_source
+
+        raise no_source("watch")
     if seconds is not None and not (isfinite(seconds) and seconds > 0):
         raise ValueError(f"seconds: expected more than 0, got {seconds:g}")
     if host != HOST and page is None:

@@ -27,6 +27,11 @@ from curiosight.experiments.written import Written
 FORMULA = ("=", "+", "-", "@", "'")
 
 
+def default_path(command: str, ending: str = "") -> Path:
+    """Return where a command writes that was told nothing."""
+    return Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}{ending}"
+
+
 class OutputFolder:
     """A folder to write results to.
 
@@ -57,7 +62,7 @@ class OutputFolder:
     ) -> None:
         self._option = option
         self._may_exist = path is not None
-        self.path = path or Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
+        self.path = path or default_path(command)
         self._overwrite = overwrite or goes_on
         self._goes_on = goes_on
         self._is_held = is_held
