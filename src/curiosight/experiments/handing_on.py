@@ -28,6 +28,7 @@ from curiosight.frame import Pose, Viewpoint
 from curiosight.learner.archive import MODEL
 from curiosight.rooms import HomeSettings
 from curiosight.teacher import TemporalTeacher
+from curiosight.teacher.things.nearest_points import nearest_points
 from curiosight.worlds import is_drawn
 
 # Looks that are told to a strategy of a run that continues this one.
@@ -235,11 +236,10 @@ def _nearest(views: Array, among: Array) -> Array:
     posed = np.flatnonzero(np.isfinite(among).all(axis=1))
     found = np.full(len(views), -1)
     asked = np.flatnonzero(np.isfinite(views).all(axis=1))
-    for view in asked if len(posed) else ():
-        apart = np.linalg.norm(among[posed] - views[view], axis=1)
-        nearest = int(apart.argmin())
-        if apart[nearest] <= MAX_APART:
-            found[view] = posed[nearest]
+    if len(posed) and len(asked):
+        apart, place_of = nearest_points(among[posed], views[asked])
+        is_near = apart <= MAX_APART
+        found[asked[is_near]] = posed[place_of[is_near]]
     return found
 
 

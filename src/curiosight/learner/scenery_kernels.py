@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from curiosight.errors.compiling import njit
 from curiosight.teacher.memory.votes import FREE as FREE
-from curiosight.teacher.memory.votes import find_slot
+from curiosight.teacher.memory.votes import ORIGIN, find_middle, find_slot
 
 Array = npt.NDArray[Any]
 
@@ -30,8 +30,7 @@ MIN_VIEWS = 3
 LEAST_SPREAD, FIRST_VARIANCE = 0.05, 0.02
 # Of how many views a thing has to be to be missed.
 MIN_THINGS = 2.0
-# A voxel's place is three whole numbers of 21 bits, from this one on.
-ORIGIN = 1 << 20
+# From a voxel to those beside it, see `ORIGIN`.
 NEIGHBOURS = (1, -1, 1 << 21, -(1 << 21), 1 << 42, -(1 << 42))
 
 
@@ -165,7 +164,7 @@ def look_for_things(
     """
     height, width = depth.shape
     fx, fy, cx, cy = pinhole
-    bits, n_gone, n_there, n_left = (1 << 21) - 1, 0, 0, 0
+    n_gone, n_there, n_left = 0, 0, 0
     for place in range(len(things)):
         voxel = things[place]
         slot = find_slot(voxels, voxel)
@@ -173,17 +172,10 @@ def look_for_things(
             continue
         things[n_left] = voxel
         n_left += 1
-        x = (((voxel >> 42) & bits) - ORIGIN + 0.5) * side
-        y = (((voxel >> 21) & bits) - ORIGIN + 0.5) * side
-        z = ((voxel & bits) - ORIGIN + 0.5) * side
-        row = T_camera_world[2]
-        distance = row[0] * x + row[1] * y + row[2] * z + row[3]
+        across, down, distance = find_middle(voxel, side, T_camera_world)
         if distance < 0.3 or distance > max_range or values[slot, THINGS] < MIN_THINGS:
             continue
-        row = T_camera_world[0]
-        u = fx * (row[0] * x + row[1] * y + row[2] * z + row[3]) / distance + cx
-        row = T_camera_world[1]
-        v = fy * (row[0] * x + row[1] * y + row[2] * z + row[3]) / distance + cy
+        u, v = fx * across / distance + cx, fy * down / distance + cy
         if not (0 <= u < width - 1 and 0 <= v < height - 1):
             continue
         middle = depth[int(v + 0.5), int(u + 0.5)]
@@ -192,9 +184,9 @@ def look_for_things(
         is_gone, is_there = bool(middle > distance + side), False
         for du in (-reach, 0.0, reach):
             for dv in (-reach, 0.0, reach):
-                across, down = int(u + du + 0.5), int(v + dv + 0.5)
+                column, line = int(u + du + 0.5), int(v + dv + 0.5)
                 if 0 <= u + du < width - 1 and 0 <= v + dv < height - 1:
-                    found = depth[down, across]
+                    found = depth[line, column]
                     is_gone &= not found <= distance + side
                     is_there |= abs(found - distance) <= side
         n_there += is_there and not is_gone

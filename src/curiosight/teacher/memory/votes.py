@@ -19,7 +19,7 @@ Array = npt.NDArray[Any]
 
 FREE = np.int64(-1)
 # A voxel's place is three whole numbers of 21 bits, from this one on.
-_ORIGIN = 1 << 20
+ORIGIN = 1 << 20
 SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
 # Beside these, of ballots: a cluster that is no object. It may still be a part of one.
 REJECTED = np.uint8(1)
@@ -169,9 +169,9 @@ def _find_voxels(
         for u in range(len(x)):
             z = np.float64(depth[v, u])
             across, down = x[u] * z, y[v] * z
-            row = np.int64(np.floor((a * across + b * down + c * z + d) * per_metre)) + _ORIGIN
-            column = np.int64(np.floor((e * across + f * down + g * z + h) * per_metre)) + _ORIGIN
-            layer = np.int64(np.floor((i * across + j * down + k * z + m) * per_metre)) + _ORIGIN
+            row = np.int64(np.floor((a * across + b * down + c * z + d) * per_metre)) + ORIGIN
+            column = np.int64(np.floor((e * across + f * down + g * z + h) * per_metre)) + ORIGIN
+            layer = np.int64(np.floor((i * across + j * down + k * z + m) * per_metre)) + ORIGIN
             voxel = (((row << 21) | column) << 21) | layer
             found[v, u] = voxel if np.isfinite(z) else FREE
 
@@ -185,6 +185,21 @@ def find_slot(voxels: Array, voxel: int) -> int:
     while voxels[slot] != FREE and voxels[slot] != voxel:
         slot = (slot + 1) & last
     return slot
+
+
+@njit(cache=True, nogil=True, inline="always")
+def find_middle(voxel: int, side: float, T_camera_world: Array) -> tuple[float, float, float]:
+    """Return where the middle of a voxel is in the camera's frame: x, y and z in metres."""
+    bits = (1 << 21) - 1
+    x = (((voxel >> 42) & bits) - ORIGIN + 0.5) * side
+    y = (((voxel >> 21) & bits) - ORIGIN + 0.5) * side
+    z = ((voxel & bits) - ORIGIN + 0.5) * side
+    right, down, ahead = T_camera_world[0], T_camera_world[1], T_camera_world[2]
+    return (
+        right[0] * x + right[1] * y + right[2] * z + right[3],
+        down[0] * x + down[1] * y + down[2] * z + down[3],
+        ahead[0] * x + ahead[1] * y + ahead[2] * z + ahead[3],
+    )
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -297,23 +312,16 @@ def _forget_removed(
     """
     height, width = depth.shape
     fx, fy, cx, cy = pinhole
-    bits, n_left, n_gone = (1 << 21) - 1, 0, 0
+    n_left, n_gone = 0, 0
     for place in range(len(salient)):
         voxel = salient[place]
         # It stays in the list unless it has gone.
         salient[n_left] = voxel
         n_left += 1
-        x = (((voxel >> 42) & bits) - _ORIGIN + 0.5) * side
-        y = (((voxel >> 21) & bits) - _ORIGIN + 0.5) * side
-        z = ((voxel & bits) - _ORIGIN + 0.5) * side
-        row = T_camera_world[2]
-        distance = row[0] * x + row[1] * y + row[2] * z + row[3]
+        across, down, distance = find_middle(voxel, side, T_camera_world)
         if distance < 0.1:
             continue
-        row = T_camera_world[0]
-        u = fx * (row[0] * x + row[1] * y + row[2] * z + row[3]) / distance + cx
-        row = T_camera_world[1]
-        v = fy * (row[0] * x + row[1] * y + row[2] * z + row[3]) / distance + cy
+        u, v = fx * across / distance + cx, fy * down / distance + cy
         # At an outline a voxel's middle may miss its own surface: look all around it.
         reach = fx * side / distance
         is_gone = True

@@ -13,7 +13,7 @@ Array = npt.NDArray[Any]
 
 
 def nearest_points(xyz: Array, wanted: Array) -> tuple[Array, Array]:
-    """Return for each of (m, 3) wanted places how far the nearest of (n, 3) points is, and which.
+    """Return for each of (m, d) wanted places how far the nearest of (n, d) points is, and which.
 
     Of equally near ones it is any, but always the same. n is at least 1.
     """
@@ -38,7 +38,7 @@ def _search(xyz: Array, wanted: Array, axis: int) -> tuple[Array, Array]:
                 if (along[other] - wanted[one, axis]) ** 2 > squared[one]:
                     break
                 away = 0.0
-                for part in range(3):
+                for part in range(xyz.shape[1]):
                     away += (xyz[other, part] - wanted[one, part]) ** 2
                 if away < squared[one]:
                     squared[one], place[one] = away, other
