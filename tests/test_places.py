@@ -8,11 +8,12 @@ import numpy.typing as npt
 import pytest
 
 from curiosight.frame import Camera, Frame, Pose
+from curiosight.frame.level import ground_axes
 from curiosight.learner import places as module
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
 from curiosight.learner.looks import BINS, HIGH, LOOK_SIZE, LOW, RANGES, Looks, look_of
 from curiosight.learner.places import MAX_LOOKS_PER_SPOT, Places
-from curiosight.learner.sight import CELL, Sight, cell_of, ground_axes
+from curiosight.learner.sight import CELL, Sight, cell_of
 
 UP = np.array([0.0, 0.0, 1.0])
 CAMERA = Camera(64, 48, 40.0, 40.0, 31.5, 23.5)

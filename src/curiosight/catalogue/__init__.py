@@ -6,12 +6,20 @@ for frame in dataset:
 entries = Catalogue().add(visit)
 """
 
-from curiosight.catalogue.catalogue import MIN_CONFIDENCE, Catalogue, Change, Entry, Sighting
+from curiosight.catalogue.catalogue import (
+    CHANGES,
+    MIN_CONFIDENCE,
+    Catalogue,
+    Change,
+    Entry,
+    Sighting,
+)
 from curiosight.catalogue.detection import Detection, find_detections
 from curiosight.catalogue.things import Thing, find_things
 from curiosight.catalogue.visit import View, Visit
 
 __all__ = [
+    "CHANGES",
     "MIN_CONFIDENCE",
     "Catalogue",
     "Change",

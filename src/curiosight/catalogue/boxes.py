@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.frame import Pose
+from curiosight.frame.level import ground_axes
 
 Array = npt.NDArray[Any]
 # Of its surface, by which stray readings are left out at each end.
@@ -24,7 +25,7 @@ def upright_box(
     stands at; None = as the points have it. Its axes are those of the box: z is up, y its longer
     side.
     """
-    axes = _axes_across(up)
+    axes = -ground_axes(up)
     places = (points @ axes.T).astype(np.float32)
     heights = points @ up
     low, high = _ends(heights)
@@ -40,14 +41,6 @@ def upright_box(
     pose[:3, 0], pose[:3, 1], pose[:3, 2] = along, np.cross(up, along), up
     pose[:3, 3] = x * axes[0] + y * axes[1] + (low + high) / 2 * up
     return pose, (float(width), float(length), float(max(high - low, 0.0)))
-
-
-def _axes_across(up: Array) -> Array:
-    """Return (2, 3) level directions, at right angles to each other."""
-    helper = np.eye(3)[int(np.argmin(np.abs(up)))]
-    first = np.cross(helper, up)
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(up, first)])
 
 
 def _ends(values: Array) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from curiosight.catalogue.visit import Visit
 from curiosight.frame import Pose
 
 Change = Literal["new", "moved", "gone", "same"]
+CHANGES: tuple[Change, ...] = get_args(Change)
 # Which entries are shown: of those that are surer than this nine of ten are right.
 MIN_CONFIDENCE = 0.85
 # Shares of a thing's surface: seen through where it stood, so that it is gone; seen where it now

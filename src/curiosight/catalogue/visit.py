@@ -67,7 +67,8 @@ class Visit:
         if saliency is not None and saliency.shape != size:
             raise ValueError(f"saliency: expected {size} like the frame, got {saliency.shape}")
         if self._up_world is None:
-            self._up_world = _up_by(frame, segmentation)
+            up = segmentation.up_in_world(frame.T_world_camera)
+            self._up_world = None if up is None else up / np.linalg.norm(up)
         found = find_detections(frame, segmentation, saliency, up_world=self._up_world)
         number = len(self.views)
         self.views.append(View(frame.id, (size[0], size[1]), frame.stamp_ns, place))
@@ -86,11 +87,3 @@ class Visit:
         places = [self.views[view].place for view in sorted(thing.views)]
         known = Counter(place for place in places if place is not None)
         return min(known, key=lambda place: (-known[place], place)) if known else None
-
-
-def _up_by(frame: Frame, segmentation: Segmentation) -> Array | None:
-    if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
-        return None
-    up: Array = frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
-    up /= np.linalg.norm(up)
-    return up

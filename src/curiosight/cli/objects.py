@@ -7,15 +7,15 @@ from typing import Annotated, Any
 
 import typer
 
-from curiosight.catalogue import MIN_CONFIDENCE
+from curiosight.catalogue import CHANGES, MIN_CONFIDENCE
 from curiosight.cli import options
 from curiosight.cli.again import command_again
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk, count
 from curiosight.config import load_config, to_toml
-from curiosight.experiments.cataloguing import CHANGES, Cataloguing
-from curiosight.experiments.exploring import load_run_model
+from curiosight.experiments.cataloguing import Cataloguing
+from curiosight.experiments.exploring import load_run_model, run_settings
 from curiosight.experiments.output import OutputFolder
 from curiosight.viewing.catalogue import CatalogueReport, write_catalogue
 from curiosight.viewing.live import announce_compilation
@@ -71,7 +71,7 @@ def objects(
     talk = Talk(quiet=quiet, as_json=json)
     given = {"teacher.scene": scene, "teacher.up": up, "segmentation.stride": stride}
     model = load_run_model(run)
-    settings = load_config(None, config or _config_of(run), {**reading, **given})
+    settings = load_config(None, config or run_settings(run), {**reading, **given})
     folder = OutputFolder(out, "objects", sources[-1], overwrite=overwrite)
     datasets = [open_source(source, reading=settings.reading) for source in sources]
     with announce_compilation(talk.console):
@@ -95,12 +95,6 @@ def objects(
     if ctrl_c.is_pressed:
         talk.note(f"stopped after {count(summary['frames'], 'frame')}; these are kept")
         raise typer.Exit(ctrl_c.status)
-
-
-def _config_of(run: Path) -> Path | None:
-    """Return the settings of a run; None where there is a model alone."""
-    path = run / "config.toml"
-    return path if path.is_file() else None
 
 
 def _write_page(

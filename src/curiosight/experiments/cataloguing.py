@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.catalogue import MIN_CONFIDENCE, Catalogue, Detection, Entry, Visit
+from curiosight.catalogue import CHANGES, MIN_CONFIDENCE, Catalogue, Detection, Entry, Visit
 from curiosight.config import Config
 from curiosight.datasets import Dataset, Prefetch
 from curiosight.errors import DataError
@@ -27,7 +27,6 @@ from curiosight.learner.observation import Teaches
 from curiosight.teacher import Survey
 
 OBJECTS = "objects.json"
-CHANGES = ("new", "moved", "gone", "same")
 NO_POSE = "no pose"
 # Pixels of a picture's longer side, and the share of the thing's size that is shown around it.
 PICTURE_PX, AROUND = 240, 0.25
@@ -59,8 +58,8 @@ class Cataloguing:
         for dataset in datasets:
             _check_poses(dataset)
         self.catalogue = Catalogue(min_confidence=min_confidence)
-        # JPEG, of each detection by its id.
-        self._pictures: dict[int, bytes] = {}
+        # JPEG, of each detection.
+        self._pictures: dict[Detection, bytes] = {}
         self.problems = Problems()
         self.n_frames = 0
         self._learner = SaliencyLearner.load(model)
@@ -105,7 +104,7 @@ class Cataloguing:
             saliency = self._learner.saliency(frame.rgb, frame.T_world_camera)
         for shown in visit.add(frame, segmentation, saliency, self._place(frame)):
             picture = cv2.cvtColor(_picture(frame.rgb, shown), cv2.COLOR_RGB2BGR)
-            self._pictures[id(shown)] = cv2.imencode(".jpg", picture)[1].tobytes()
+            self._pictures[shown] = cv2.imencode(".jpg", picture)[1].tobytes()
 
     def _place(self, frame: Frame) -> int | None:
         """Return the number of the place that a frame was taken in; None where none is known."""
@@ -121,7 +120,7 @@ class Cataloguing:
 
     def picture_of(self, entry: Entry) -> Rgb:
         """Return (h, w, 3) uint8, an entry in the view that shows most of it, outlined."""
-        encoded = np.frombuffer(self._pictures[id(entry.best.shown)], np.uint8)
+        encoded = np.frombuffer(self._pictures[entry.best.shown], np.uint8)
         picture: Rgb = cv2.cvtColor(cv2.imdecode(encoded, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
         return picture
 

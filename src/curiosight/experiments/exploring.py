@@ -446,3 +446,9 @@ def load_run_model(run: Path) -> Path:
     if not run.exists():
         raise DataError(run, "does not exist", "give the folder of a run, or a model file")
     return find_model(run)
+
+
+def run_settings(run: Path) -> Path | None:
+    """Return the file of a run's settings; None where there is a model alone."""
+    path = run / CONFIG
+    return path if path.is_file() else None

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from curiosight.config import Config, load_config, to_toml
+from curiosight.config import load_config, to_toml
 from curiosight.errors import DataError
+from curiosight.experiments.exploring import CONFIG, SUMMARY, run_settings
 from curiosight.experiments.output import OutputFolder
 from curiosight.learner.archive import MODEL, find_model
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.merging import merge_all
-
-CONFIG, SUMMARY = "config.toml", "summary.json"
 
 
 def merge_runs(
@@ -26,7 +25,7 @@ def merge_runs(
     """
     paths = [find_model(run) for run in runs]
     learners = [SaliencyLearner.load(path) for path in paths]
-    config = min((_config_of(run) for run in runs), key=to_toml)
+    config = min((load_config(None, run_settings(run)) for run in runs), key=to_toml)
     try:
         merged = merge_all(learners, n_threads=n_threads or config.run.n_threads)
     except ValueError as error:
@@ -42,8 +41,3 @@ def merge_runs(
     }
     out.write_json(SUMMARY, summary)
     return summary
-
-
-def _config_of(run: Path) -> Config:
-    path = run / CONFIG
-    return load_config(None, path if path.is_file() else None)

@@ -38,14 +38,14 @@ def seen_from_above(poses: Sequence[Pose | None], up: npt.ArrayLike | None = Non
     if not posed:
         return FromAbove(positions, headings)
     T_world_camera = np.stack([pose for pose in poses if pose is not None])
-    axes = _horizontal_axes(-T_world_camera[:, :3, 1].mean(axis=0) if up is None else up)
+    axes = horizontal_axes(-T_world_camera[:, :3, 1].mean(axis=0) if up is None else up)
     positions[posed] = T_world_camera[:, :3, 3] @ axes
     looks = T_world_camera[:, :3, 2] @ axes
     headings[posed] = np.arctan2(looks[:, 1], looks[:, 0])
     return FromAbove(positions, headings)
 
 
-def _horizontal_axes(up: npt.ArrayLike) -> Floats:
+def horizontal_axes(up: npt.ArrayLike) -> Floats:
     """Return (3, 2) unit vectors: the world's x axis laid flat (y where x stands up), its left."""
     vector = np.asarray(up, dtype=np.float64)
     if vector.shape != (3,) or not np.linalg.norm(vector) > 1e-6:

@@ -45,7 +45,7 @@ from curiosight.learner.novelty import SeenRows
 from curiosight.learner.observation import Observation, Rescoring, Teaches, Votes
 from curiosight.learner.places import Places
 from curiosight.learner.sampling import draw_pixels
-from curiosight.learner.sight import Sight, up_in_world
+from curiosight.learner.sight import Sight
 from curiosight.metrics import f1_error_of_rows
 from curiosight.teacher import Segmentation
 
@@ -390,7 +390,8 @@ class SaliencyLearner:
         """Return what tells the place of a frame; None where places are not told apart."""
         if description.look is None:
             return None
-        up, glance = up_in_world(frame, segmentation), Glance.of(frame, segmentation.labels)
+        up = segmentation.up_in_world(frame.T_world_camera)
+        glance = Glance.of(frame, segmentation.labels)
         return Sight.of(frame, description.look, up, glance)
 
     def fit(self, lessons: Sequence[Lesson]) -> None:

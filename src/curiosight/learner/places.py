@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from curiosight.errors.arguments import check_whole
 from curiosight.frame import Pose
+from curiosight.frame.level import ground_axes
 from curiosight.learner.linking import join_linked, keep_numbers, seen_by_each_other, shared_likes
 from curiosight.learner.looks import LOOK_SIZE, Look, Looks
-from curiosight.learner.sight import Cells, Sight, cell_of, ground_axes
+from curiosight.learner.sight import Cells, Sight, cell_of
 
 Array = npt.NDArray[Any]
 Arrays = Mapping[str, npt.NDArray[np.generic]]

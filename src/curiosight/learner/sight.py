@@ -11,7 +11,6 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Pose
 from curiosight.learner.glance import Glance
 from curiosight.learner.looks import Look
-from curiosight.teacher import Segmentation
 
 Array = npt.NDArray[Any]
 Cells = npt.NDArray[np.int32]
@@ -24,14 +23,6 @@ BLIND_SIGHT = 2.0
 # Readings along each side of the image, and points along each ray.
 _N_ACROSS, _N_DOWN, _N_ALONG = 32, 24, 12
 _WIDE = 2**20
-
-
-def ground_axes(up: Array) -> Array:
-    """Return (2, 3) two directions at right angles to a (3,) unit vector and to each other."""
-    helper = np.eye(3)[np.argmin(np.abs(up))]
-    across = np.cross(up, helper)
-    across /= np.linalg.norm(across)
-    return np.stack([across, np.cross(up, across)])
 
 
 def cell_of(T_world_camera: Pose, axes: Array) -> tuple[int, int]:
@@ -101,13 +92,3 @@ def _rays(frame: Frame) -> Array:
     y = (v * step[0] - camera.cy) / camera.fy * z
     rays: Array = np.stack([x, y, z], axis=1)
     return rays
-
-
-def up_in_world(frame: Frame, segmentation: Segmentation) -> npt.NDArray[np.float64] | None:
-    """Return (3,) which way is up in the world, where a posed frame shows a support."""
-    if frame.T_world_camera is None or not segmentation.supports or segmentation.n_turns:
-        return None
-    up: npt.NDArray[np.float64] = (
-        frame.T_world_camera[:3, :3] @ segmentation.supports[0].plane.normal
-    )
-    return up

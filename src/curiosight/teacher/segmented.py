@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame, Label
+from curiosight.frame import Frame, Label, Pose
 from curiosight.teacher.cloud.wall import Wall
 from curiosight.teacher.supports.supports import FLOOR, Support
 from curiosight.teacher.supports.tops import Kind
@@ -55,6 +55,13 @@ class Segmentation:
     n_turns: int = 0
     found: npt.NDArray[np.uint8] | None = None
     lacks: str | None = None
+
+    def up_in_world(self, T_world_camera: Pose | None) -> npt.NDArray[np.float64] | None:
+        """Return (3,) which way is up in the world, where a posed frame shows a support."""
+        if T_world_camera is None or not self.supports or self.n_turns:
+            return None
+        up: npt.NDArray[np.float64] = T_world_camera[:3, :3] @ self.supports[0].plane.normal
+        return up
 
     @classmethod
     def of_labels(cls, labels: npt.NDArray[np.uint8], problem: str | None = None) -> Self:

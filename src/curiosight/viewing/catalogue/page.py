@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from curiosight.catalogue import Entry
+from curiosight.catalogue import CHANGES, Entry
 from curiosight.errors.files import replace_file
 from curiosight.frame import Rgb
 from curiosight.viewing.catalogue.plan import plan_of
@@ -17,7 +17,6 @@ from curiosight.viewing.report.embedding import source
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number
 
 ALL = "all"
-CHANGES = ("new", "moved", "gone", "same")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.catalogue import Entry
+from curiosight.explorer.from_above import horizontal_axes
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join, number
 
 Floats = npt.NDArray[np.floating[Any]]
@@ -19,7 +20,7 @@ MARGIN = 0.5
 def plan_of(entries: Sequence[Entry]) -> Markup:
     """Return a map of the entries: each as large as it is, and for those that moved the way."""
     up = entries[0].T_world_centre[:3, 2]
-    axes = _across(up)
+    axes = horizontal_axes(up).T
     shown = [_Shown(entry, axes) for entry in entries]
     every = np.concatenate([one.reach for one in shown])
     low, high = every.min(0) - MARGIN, every.max(0) + MARGIN
@@ -69,12 +70,3 @@ def _link(shown: _Shown) -> Markup:
 
 def _path(points: Floats) -> str:
     return "M" + "L".join(f"{number(x, 3)} {number(-y, 3)}" for x, y in points)
-
-
-def _across(up: Floats) -> Floats:
-    """Return (2, 3) level directions: those of the world where up is z."""
-    first = np.eye(3)[0] - up[0] * up
-    if np.linalg.norm(first) < 0.5:
-        first = np.eye(3)[1] - up[1] * up
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(up, first)])
