@@ -18,12 +18,15 @@ NAMES = tuple(one.name for one in fields(Signs))
 
 @dataclass(slots=True)
 class Stay:
-    """What was told at a place from one spot. pose: where it began; None = not known."""
+    """What was told at a place from one spot. pose: where it began; None = not known.
+
+    told: of each sign, and of "error", the sum and how many; a camera may stand there for weeks.
+    """
 
     place: int
     pose: Pose | None
     n_looks: int = 0
-    told: dict[str, list[float]] = field(default_factory=dict)
+    told: dict[str, tuple[float, int]] = field(default_factory=dict)
 
     def goes_on(self, place: int, pose: Pose | None) -> bool:
         """Tell whether a look at a place belongs to it."""
@@ -39,12 +42,13 @@ class Stay:
         self.n_looks += 1
         for name, number in [*((n, getattr(signs, n)) for n in NAMES), ("error", error)]:
             if number is not None:
-                self.told.setdefault(name, []).append(number)
+                total, n = self.told.get(name, (0.0, 0))
+                self.told[name] = total + number, n + 1
 
     def mean(self, name: str) -> float | None:
         """Return the mean of a sign, or of "error"; None = it was never told."""
-        numbers = self.told.get(name)
-        return sum(numbers) / len(numbers) if numbers else None
+        total, n = self.told.get(name, (0.0, 0))
+        return total / n if n else None
 
     def signs(self) -> Signs:
         """Return the mean of each sign."""
