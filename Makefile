@@ -9,7 +9,7 @@ demo: .venv/installed
 	$(BIN)/curiosight demo
 
 test: .venv/installed-dev
-	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile --durations 10
 
 # The ROS 2 node on a real graph. Makes an environment of its own, .ros, once: rclpy from wheels, and
 # a few packages of messages, which want cmake, make and a C++ compiler. Takes ten minutes, and the

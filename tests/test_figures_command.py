@@ -188,8 +188,9 @@ def test_thing_that_is_seen_late_is_followed_in_a_drawn_room(
 ) -> None:
     few = tmp_path / "few.toml"
     few.write_text("[test]\nmax_frames = 3\n", encoding="utf-8")
+    options = ("--figure", "5", "--steps", "16", "--config", few)
     out = tmp_path / "out"
-    succeed(capsys, "figures", "room:5,views=4", "--figure", "5", "--config", few, "--out", out)
+    succeed(capsys, "figures", "room:5,views=4", *options, "--out", out)
     rows = table(out, "figure-5.csv")
     first = int(rows[0]["thing_first_seen_at_look"])
     assert 1 <= first <= 4

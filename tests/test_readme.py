@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 
 from command import succeed
+from curiosight.cli.commands import COMMANDS
 from recordings import write_folder
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMANDS = (
-    "bench|compare|continual|demo|evaluate|explore|export|figures|info|learn|map|propose|render|"
-    "report|ros|saliency|score-teacher|segment|watch"
-)
 
 
 def block(language: str) -> str:
@@ -45,7 +42,8 @@ def test_python_lines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
 
 @pytest.mark.parametrize("path", DOCS, ids=lambda path: path.name)
 def test_commands_and_options_that_are_named_exist(path: Path, capsys) -> None:
-    for command, rest in re.findall(rf"curiosight ({COMMANDS})([^`\n]*)", path.read_text("utf-8")):
+    names = "|".join(COMMANDS)
+    for command, rest in re.findall(rf"curiosight ({names})([^`\n]*)", path.read_text("utf-8")):
         help_text = succeed(capsys, command, "--help").out
         for option in re.findall(r"--[a-z-]+", rest):
             assert option in help_text, f"{command} {option}"
