@@ -36,7 +36,7 @@ from curiosight.teacher.depth_and_masks import InstanceMasks
 from curiosight.teacher.given import open_teacher
 from curiosight.teacher.memory.gravity import UP_OF_MOUNT
 from curiosight.teacher.turning import TurnedTeacher, turns_upright
-from curiosight.worlds import ReplayWorld
+from curiosight.worlds import ReplayWorld, is_drawn
 from curiosight.worlds.room_world import RoomWorld
 
 
@@ -249,15 +249,20 @@ def _forest_config(settings: Mapping[str, Any]) -> ForestConfig:
 
 def note_frames(learner: SaliencyLearner, dataset: Dataset, ids: Iterable[str]) -> None:
     """Note in a model which frames it has learned from, to know them when it is tested."""
-    source = os.path.abspath(place(dataset))
-    learned: dict[str, list[str]] = learner.notes.setdefault("frames", {})
+    source, learned = _known_as(dataset), learner.notes.setdefault("frames", {})
     learned[source] = sorted({*learned.get(source, ()), *ids})
 
 
 def count_learned(learner: SaliencyLearner, dataset: Dataset, indices: Iterable[int]) -> int:
     """Count the frames of a recording that a model was taught with."""
-    learned = learner.notes.get("frames", {}).get(os.path.abspath(place(dataset)), ())
+    learned = learner.notes.get("frames", {}).get(_known_as(dataset), ())
     return len({dataset.ids[index] for index in indices} & {*learned})
+
+
+def _known_as(dataset: Dataset) -> str:
+    """Return by what name a model knows a recording: its whole path, or what is drawn."""
+    source = place(dataset)
+    return source if is_drawn(source) else os.path.abspath(source)
 
 
 def make_world(
