@@ -6,6 +6,9 @@ A robot looks at the rooms of a home in stays of ten, at views by chance; after 
 home is lit otherwise, its things are moved, or nothing happens. Told are, of each room, the looks
 at it from the change to the alarm, and the alarms where nothing had changed. Frames are drawn and
 described once; in each stream a learner learns from them anew, with chance of its own.
+
+With `--unrefreshed` alarms are told and nothing is done about them: `error_after` is the mean error
+(1 - F1 at once, before a look is learned from) of all looks after the change, with and without.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from curiosight.experiments.components import heard, make_learner, make_teacher,
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.lesson import Visit
 from curiosight.learner.observation import Teaches
+from curiosight.learner.staleness import Staleness
 from curiosight.rooms import HomeViews
 from curiosight.worlds import open_source
 
@@ -70,11 +74,11 @@ def stays(rooms: Sequence[Sequence[Shown]], n: int, rng: np.random.Generator) ->
 
 def run(
     before: Sequence[Shown], after: Sequence[Shown], config: Config, seed: int
-) -> tuple[list[tuple[int, str]], dict[int, tuple[int, str]], int]:
+) -> tuple[list[tuple[int, str]], dict[int, tuple[int, str]], int, float]:
     """Learn from looks; return alarms before the change, and of each room the first one after it.
 
     Of the first the look and the reason; of the others the looks at the room, and the cause. And
-    looks until any alarm, `MOST` times rooms where none came.
+    looks until any alarm, all where none came; and the mean error after the change.
     """
     learner = make_learner(config, None, np.random.default_rng(seed))
     false_alarms: list[tuple[int, str]] = []
@@ -84,14 +88,15 @@ def run(
             false_alarms.append((look, change.alarm.reason))
     found: dict[int, tuple[int, str]] = {}
     n_at: Counter[int] = Counter()
-    first = len(after)
+    first, errors = len(after), []
     for look, shown in enumerate(after):
-        _, _, change = learner.observe_again(shown.visit)
+        _, error, change = learner.observe_again(shown.visit)
+        errors.append(np.nan if error is None else error)
         n_at[shown.room] += 1
         if change.alarm is not None:
             found.setdefault(shown.room, (n_at[shown.room], change.alarm.cause))
             first = min(first, look + 1)
-    return false_alarms, found, first
+    return false_alarms, found, first, float(np.nanmean(errors))
 
 
 def measure(home: int, config: Config, options: argparse.Namespace) -> list[dict[str, Any]]:
@@ -111,13 +116,16 @@ def measure(home: int, config: Config, options: argparse.Namespace) -> list[dict
         for change, rooms in [*changed.items(), ("none", base)]:
             rng = np.random.default_rng(seed)
             before = stays(base, options.before, rng)
-            n_after = MOST * len(rooms) if change != "none" else options.unchanged
+            n_after = options.after * len(rooms) if change != "none" else options.unchanged
             started = process_time()
-            false_alarms, found, first = run(before, stays(rooms, n_after, rng), config, seed)
+            false_alarms, found, first, error = run(
+                before, stays(rooms, n_after, rng), config, seed
+            )
             ms = 1000 * (process_time() - started) / (len(before) + n_after)
             one = {"home": home, "stream": stream, "change": change, "rooms": len(rooms)}
             one |= {"before": len(before), "after": n_after, "false_alarms": false_alarms}
-            streams.append(one | {"found": found, "first": first, "ms": round(ms, 1)})
+            one |= {"found": found, "first": first, "error_after": round(error, 4)}
+            streams.append(one | {"ms": round(ms, 1)})
             print(json.dumps(streams[-1]), flush=True)
     return streams
 
@@ -135,8 +143,9 @@ def summarise(streams: Sequence[dict[str, Any]]) -> dict[str, object]:
         for one in of_change:
             # Keys are text where it was read from a file.
             found = {int(room): alarm for room, alarm in one["found"].items()}
-            looks += [found.get(room, (np.inf, ""))[0] for room in range(one["rooms"])]
-            rightly += sum(cause in causes for _, cause in found.values())
+            soon = {room: alarm for room, alarm in found.items() if alarm[0] <= MOST}
+            looks += [soon.get(room, (np.inf, ""))[0] for room in range(one["rooms"])]
+            rightly += sum(cause in causes for _, cause in soon.values())
         first = [one["first"] for one in of_change]
         summary[change] = {
             "rooms": len(looks),
@@ -148,6 +157,7 @@ def summarise(streams: Sequence[dict[str, Any]]) -> dict[str, object]:
             "right_reason": rightly,
             "first_in_home_median": float(np.median(first)),
             "first_in_home_max": float(np.max(first)),
+            "error_after": float(np.mean([one.get("error_after", np.nan) for one in of_change])),
         }
     return summary
 
@@ -160,12 +170,16 @@ def main() -> None:
     parser.add_argument("--visits", type=int, default=3, help="of each view before the change")
     parser.add_argument("--change", type=int, default=3, help="number of lights and arrangement")
     parser.add_argument("--before", type=int, default=300, help="looks before the change")
+    parser.add_argument("--after", type=int, default=MOST, help="looks at each room after it")
+    parser.add_argument("--unrefreshed", action="store_true", help="do nothing about alarms")
     parser.add_argument("--unchanged", type=int, default=400, help="looks where nothing happens")
     parser.add_argument("--streams", type=int, default=2, help="of each home")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--together", type=Path, nargs="+", help="sum up such files instead")
     options = parser.parse_args()
     config = load_config("default", None, {"run.n_threads": 1})
+    if options.unrefreshed:
+        Staleness.begin = lambda *_: None  # type: ignore[method-assign]
     streams = [one for home in options.home for one in measure(home, config, options)]
     for path in options.together or ():
         streams += json.loads(path.read_text(encoding="utf-8"))["streams"]
