@@ -299,6 +299,18 @@ def test_fit_forgets_and_samples_uniformly():
     assert not forest.is_trained
 
 
+def test_fit_keeps_of_groups_what_they_are_of_all():
+    """Unlike `update`, which gives a group of few the room of one of many."""
+    rng = np.random.default_rng(13)
+    groups = np.repeat(np.array([3, 7], np.int32), [9000, 1000])
+    forest = make_forest(max_samples=2000)
+    forest.fit(*make_samples(rng, 10_000), group=groups)
+    assert np.count_nonzero(forest.groups == 7) == pytest.approx(200, abs=45)
+    forest = make_forest(max_samples=2000)
+    forest.update(*make_samples(rng, 10_000), group=groups)
+    assert np.count_nonzero(forest.groups == 7) == 1000
+
+
 def test_settings_and_state_arrays_restore_the_forest():
     rng = np.random.default_rng(13)
     forest = make_forest(vote="soft", n_split_features=2, min_split=5, max_samples=300)

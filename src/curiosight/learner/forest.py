@@ -210,10 +210,14 @@ class Forest:
     ) -> tuple[int, ...]:
         """Forget everything, then grow all trees on these samples: the off-line model.
 
-        Of more than `max_samples` rows a random choice is kept, of each group as many as of
-        others that have them. `max_rows` limits no tree here: nothing waits for it.
+        Of more than `max_samples` rows a uniformly random choice is kept: all are there at once,
+        so that none need be kept from those that came later. `max_rows` limits no tree here:
+        nothing waits for it.
         """
         new = self._check_samples(rows, is_salient, group)
+        if len(rows) > self.max_samples:
+            kept = np.sort(self._rng.choice(len(rows), self.max_samples, replace=False))
+            new = new[0][kept], new[1][kept], new[2][kept]
         nothing = Samples.none(self.n_features)
         samples = nothing.with_more(*new, self.max_samples, self._rng)
         return self._regrow(None, (), samples, is_limited=False)
