@@ -9,6 +9,7 @@ described once; in each stream a learner learns from them anew, with chance of i
 
 With `--unrefreshed` alarms are told and nothing is done about them: `error_after` is the mean error
 (1 - F1 at once, before a look is learned from) of all looks after the change, with and without.
+With `--light` no more is told than how much other the light is.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import cv2
 import numpy as np
 
 from curiosight.config import Config, load_config
@@ -130,6 +132,31 @@ def measure(home: int, config: Config, options: argparse.Namespace) -> list[dict
     return streams
 
 
+def light(home: int, options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Return of each room by how much, in logarithms, its views are lit otherwise, by median.
+
+    light: of parts beside the whole, which exposure hides. tint: of red and blue to green.
+    """
+    source = f"home:{home},rooms={options.rooms},views={options.views}"
+    one, other = open_source(source), open_source(f"{source},lights={options.change}")
+    assert isinstance(one, HomeViews)
+    told: list[list[tuple[float, float]]] = [[] for _ in range(one.home.n_rooms)]
+    for index in range(len(one)):
+        parts = [
+            cv2.resize(views[index].rgb, (16, 12), interpolation=cv2.INTER_AREA)
+            for views in (one, other)
+        ]
+        before, after = (np.log(part.astype(float) + 1) for part in parts)
+        red, green, blue = np.moveaxis(after - before, -1, 0)
+        tint = abs(np.median(red - green)) + abs(np.median(blue - green))
+        told[one.place(index)].append((np.mean(abs(green - np.median(green))), tint))
+    medians = [np.median(room, axis=0).round(3).tolist() for room in told]
+    return [
+        {"home": home, "room": room, "light": by, "tint": tint}
+        for room, (by, tint) in enumerate(medians)
+    ]
+
+
 def summarise(streams: Sequence[dict[str, Any]]) -> dict[str, object]:
     """Return looks until the alarm and false alarms of all streams together."""
     unchanged = [one for one in streams if one["change"] == "none"]
@@ -172,12 +199,17 @@ def main() -> None:
     parser.add_argument("--before", type=int, default=300, help="looks before the change")
     parser.add_argument("--after", type=int, default=MOST, help="looks at each room after it")
     parser.add_argument("--unrefreshed", action="store_true", help="do nothing about alarms")
+    parser.add_argument("--light", action="store_true", help="how much other light is")
     parser.add_argument("--unchanged", type=int, default=400, help="looks where nothing happens")
     parser.add_argument("--streams", type=int, default=2, help="of each home")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--together", type=Path, nargs="+", help="sum up such files instead")
     options = parser.parse_args()
     config = load_config("default", None, {"run.n_threads": 1})
+    if options.light:
+        for home in options.home:
+            print(*map(json.dumps, light(home, options)), sep="\n", flush=True)
+        return
     if options.unrefreshed:
         Staleness.begin = lambda *_: None  # type: ignore[method-assign]
     streams = [one for home in options.home for one in measure(home, config, options)]
