@@ -13,6 +13,7 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
+    tell_forgetting,
     tell_lessons,
     tell_places,
     tell_samples,
@@ -68,6 +69,8 @@ def learn(
     of all of them, or of those of each place, a uniformly random choice that fits the buffer
     (forest.max_samples) is kept.
     Frames with poses are looked at twice, the second time by what all of them have told.
+    Of a home summary.json tells what is left of each room when the others have been learned, by
+    models of the frames up to there.
     Writes config.toml, model.npz and summary.json. Ctrl-C, or a signal to end (SIGTERM, SIGHUP),
     ends it early: the model then knows the frames up to there. So does the model.npz that is
     written now and then meanwhile; summary.json comes only at the end. After a kill, --resume RUN
@@ -114,7 +117,7 @@ def _learn(
     dataset = open_source(given.source, reading=settings.reading)
     with announce_compilation(talk.console):
         keeping = Keeping(expected_s=FIT_S, max_share=FIT_SHARE)
-        off_line = OffLine(settings, dataset, version=__version__)
+        off_line = OffLine(settings, dataset, version=__version__, is_tested=True)
         _begin(off_line, given, folder, is_new=is_new)
         talk.introduce(Path(given.source), dataset)
         with CtrlC() as ctrl_c:
@@ -176,5 +179,6 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
         "frames": summary["frames"],
         "samples": tell_samples(summary["samples_kept"], places, drawn),
         **tell_places(places),
+        **tell_forgetting(summary["forgetting"]),
         "written to": folder.path,
     }
