@@ -23,10 +23,14 @@ from curiosight.experiments.state_graph import GraphReader, GraphWriter
 from curiosight.learner.archive import DAMAGE, MAX_FILE_BYTES
 
 JOURNAL = "journal.bin"  # of a run's folder
-MAGIC = b"curiosight journal 1\n"
+KIND, VERSION = b"curiosight journal ", 2
+MAGIC = KIND + b"%d\n" % VERSION
 # Of each record: a mark, the bytes of its JSON and of its arrays, the CRC-32 of all that follows.
 _MARK = b"\xc5rec"
 _HEAD = struct.Struct("<4sIII")
+# How truth values are written: eight a byte. How depth is, where a sensor told whole millimetres.
+BITS, MILLIMETRES = "bits", "mm"
+_NO_READING, _METRES = 2**16 - 1, np.float32(0.001)
 # A power cut costs no more than what was written since.
 SYNC_S = 2.0
 REMEDY = "put the file back as it was, or begin anew with --from RUN"
@@ -117,7 +121,7 @@ def read_journal(path: Path) -> Read:
         told = f"cannot be read ({error.strerror or error})"
         raise DataError(path, told, "check its rights") from error
     if not content.startswith(MAGIC):
-        raise DataError(path, "is damaged, or no journal of ours", REMEDY)
+        raise _other(path, content)
     records, end = [], len(MAGIC)
     while (found := _payload_at(content, end)) is not None:
         payload, end = found
@@ -129,6 +133,16 @@ def read_journal(path: Path) -> Read:
         damage = f"is damaged behind its record {len(records)}, and more follow"
         raise DataError(path, damage, REMEDY)
     return Read(records, len(content) - end)
+
+
+def _other(path: Path, content: bytes) -> DataError:
+    """Return what to raise for a file that does not begin as a journal of this version."""
+    version, end, _ = content[len(KIND) : len(KIND) + 8].partition(b"\n")
+    if content.startswith(KIND) and end and version.isdigit():
+        found = f"is a journal of version {int(version)}, or damaged; this program reads {VERSION}"
+        remedy = "go on with the program that wrote it, or begin anew with --from RUN"
+        return DataError(path, found, remedy)
+    return DataError(path, "is damaged, or no journal of ours", REMEDY)
 
 
 def _payload_at(content: bytes, start: int) -> tuple[tuple[bytes, memoryview], int] | None:
@@ -160,30 +174,81 @@ def encoded(record: object) -> bytes:
     writer = GraphWriter({})
     node = writer.node(record)
     arrays = [*map(_laid_out, writer.arrays.values())]
-    said = [(one.dtype.str, shape, order) for one, shape, order in arrays]
+    said = [one[1:] for one in arrays]
     text = json.dumps([node, said], separators=(",", ":")).encode()
     checksum = zlib.crc32(text)
-    for one, _, _ in arrays:
-        checksum = zlib.crc32(one.data, checksum)
-    n_bytes = sum(one.nbytes for one, _, _ in arrays)
+    for one in arrays:
+        checksum = zlib.crc32(one.stored.data, checksum)
+    n_bytes = sum(one.stored.nbytes for one in arrays)
     head = _HEAD.pack(_MARK, len(text), n_bytes, checksum)
-    return b"".join([head, text, *(one.data for one, _, _ in arrays)])
+    return b"".join([head, text, *(one.stored.data for one in arrays)])
 
 
-def _laid_out(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], tuple[int, ...], str]:
-    """Return an array's elements in the order of memory, its shape, and how it is laid out."""
+class _Laid(NamedTuple):
+    """An array as it is written: in the order of memory, in as few bytes as tell it exactly.
+
+    stored: (n,) elements, or of truth values the bits. As what and as what else it is said:
+    stored_as: their type, or `BITS`, or `MILLIMETRES`. name, shape, order: of the array.
+    """
+
+    stored: npt.NDArray[Any]
+    stored_as: str
+    name: str
+    shape: tuple[int, ...]
+    order: str
+
+
+def _laid_out(array: npt.NDArray[Any]) -> _Laid:
     is_fortran = array.flags.f_contiguous and not array.flags.c_contiguous
     flat = np.ascontiguousarray(array.T if is_fortran else array).ravel()
-    return flat, array.shape, "F" if is_fortran else "C"
+    said = array.dtype.str, array.shape, "F" if is_fortran else "C"
+    if flat.dtype == np.bool_:
+        return _Laid(np.packbits(flat), BITS, *said)
+    if flat.dtype.kind in "iu" and flat.itemsize > 1 and flat.size:
+        flat = _narrowed(flat)
+    if flat.dtype == np.float32 and (millimetres := _in_millimetres(flat)) is not None:
+        return _Laid(millimetres, MILLIMETRES, *said)
+    return _Laid(flat, flat.dtype.str, *said)
+
+
+def _narrowed(whole: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return whole numbers in the smallest type that holds them all."""
+    low, high = int(whole.min()), int(whole.max())
+    least = np.min_scalar_type(high if low >= 0 else min(low, -1 - high))
+    return whole.astype(least) if least.itemsize < whole.itemsize else whole
+
+
+def _in_millimetres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16] | None:
+    """Return (n,) metres as whole millimetres; None where these would not tell them to the bit."""
+    whole = np.rint(metres * np.float32(1000))
+    whole[np.isnan(metres)] = _NO_READING
+    if not ((whole >= 0) & (whole <= _NO_READING)).all():
+        return None
+    stored = whole.astype(np.uint16)
+    is_same = _in_metres(stored).view(np.uint32) == metres.view(np.uint32)
+    return stored if is_same.all() else None
+
+
+def _in_metres(millimetres: npt.NDArray[np.uint16]) -> npt.NDArray[np.float32]:
+    metres = millimetres.astype(np.float32) * _METRES
+    metres[millimetres == _NO_READING] = np.nan
+    return metres
 
 
 def _decoded(text: bytes, content: memoryview) -> Any:
     node, said = json.loads(text)
     arrays, start = {}, 0
-    for number, (name, shape, order) in enumerate(said):
-        dtype = np.dtype(name)
+    for number, (stored_as, name, shape, order) in enumerate(said):
         n = int(np.prod(shape, dtype=np.int64))
-        flat = np.frombuffer(content, dtype, n, start).copy()
-        arrays[f"{number:06d}"] = flat.reshape(shape, order=order)
-        start += flat.nbytes
+        if stored_as == BITS:
+            stored = np.frombuffer(content, np.uint8, -(-n // 8), start)
+            flat = np.unpackbits(stored, count=n)
+        elif stored_as == MILLIMETRES:
+            stored = np.frombuffer(content, np.uint16, n, start)
+            flat = _in_metres(stored)
+        else:
+            stored = flat = np.frombuffer(content, np.dtype(stored_as), n, start)
+        # A copy, for it is read-only.
+        arrays[f"{number:06d}"] = flat.astype(np.dtype(name)).reshape(shape, order=order)
+        start += stored.nbytes
     return GraphReader(arrays, {}).made(node)

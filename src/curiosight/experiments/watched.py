@@ -7,7 +7,7 @@ from typing import Self
 
 from curiosight.experiments.handing_on import RecentLooks
 from curiosight.experiments.problems import Lessons, Problems, Trouble
-from curiosight.explorer.outcome import Outcome
+from curiosight.explorer.outcome import Outcome, Readings
 from curiosight.learner.lesson import Taught
 from curiosight.robot.gauges import Ages, Counts
 from curiosight.robot.watch import Look
@@ -19,16 +19,17 @@ from curiosight.teacher.memory.temporal import Remembered
 class LookRecord:
     """All that a look changed, as a journal holds it.
 
-    seconds: since the first map. index: of the view, see `Shot`. pinned: the region that was, by
-    hand. taught: None = nothing was to be learned. verdict: the number of
-    what the teacher said. noted: what the frame changed of the teacher's memory.
-    counts: after the look.
+    seconds: since the first map. index: of the view, see `Shot`. outcome: without what was seen,
+    which readings tell. pinned: the region that was, by hand. taught: None = nothing was to be
+    learned. verdict: the number of what the teacher said. noted: what the frame changed of the
+    teacher's memory. counts: after the look.
     """
 
     number: int
     seconds: float
     index: int | None
     outcome: Outcome
+    readings: Readings | None
     pinned: int | None
     n_regrown: int
     taught: Taught | None
@@ -41,19 +42,28 @@ class LookRecord:
     def of(cls, look: Look, pinned: int | None, counts: Counts) -> Self:
         """Return what is kept of a look."""
         verdict, shot = look.verdict, look.verdict.shot
+        readings, taught = None, look.taught
+        if look.outcome.seen is not None:
+            readings = Readings.of(shot.frame, verdict.segmentation.labels)
         return cls(
             look.number,
             look.seconds,
             shot.index,
-            look.outcome,
+            replace(look.outcome, seen=None),
+            readings,
             pinned,
             look.n_regrown,
-            look.taught,
+            None if taught is None else taught.without_rest(),
             Trouble.of(shot.frame, verdict.segmentation),
             verdict.number,
             verdict.noted,
             replace(counts, taught=verdict.number),  # its teacher may be ahead
         )
+
+    def heard(self) -> Outcome:
+        """Return what a strategy heard of the look."""
+        seen = None if self.readings is None else self.readings.seen()
+        return replace(self.outcome, seen=seen)
 
 
 @dataclass(slots=True)

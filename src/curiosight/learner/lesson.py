@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,13 +56,24 @@ class Visit:
 class Drawn:
     """Samples as they were drawn of a look, and where chance stood then.
 
-    rows, is_salient: (n, F) and (n,), in the order drawn. chances: the states of the sources of
+    rows: (m, F) that they were drawn from. which, is_salient: (n,) the row of each, in the order
+    drawn. chances: the states of the sources of
     chance by which they are learned from; one, where forests share that of their learner.
     """
 
     rows: Rows
+    which: npt.NDArray[np.integer]
     is_salient: Labels
     chances: tuple[Mapping[str, Any], ...]
+
+    def samples(self) -> Rows:
+        """Return (n, F), a row each."""
+        return self.rows[self.which]
+
+    def without_rest(self) -> Drawn:
+        """Return the same without the rows that nothing was drawn from."""
+        used, which = np.unique(self.which, return_inverse=True)
+        return replace(self, rows=self.rows[used], which=which)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +89,10 @@ class Taught:
     error: float | None
     camera: Camera | None
     calibration: Mapping[str, npt.NDArray[np.generic]] | None
+
+    def without_rest(self) -> Taught:
+        """Return the same, see `Drawn.without_rest`."""
+        return replace(self, drawn=self.drawn.without_rest())
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:

@@ -7,7 +7,8 @@ counts in the voxels around it too, once a view.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ Array = npt.NDArray[Any]
 FREE = np.int64(-1)
 # A voxel's place is three whole numbers of 21 bits, from this one on.
 ORIGIN = 1 << 20
+_BITS = (1 << 21) - 1
 SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
 # Beside these, of ballots: a cluster that is no object. It may still be a part of one.
 REJECTED = np.uint8(1)
@@ -31,6 +33,38 @@ N_COLUMNS = 8
 HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED, TOLD = range(N_COLUMNS)
 # Some 2600 m² of surfaces, in 84 MB.
 MAX_VOXELS = 1 << 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewVote:
+    """All that one view told, for `VoxelVotes.add_again`.
+
+    least: (3,) int64, and steps: (n, 3) from it: the voxels by row, column and layer, in the order
+    in which the view came to them first. ahead, ahead_of_settled: (n,) int8, of each voxel the sign
+    of the column of that name. n_runs, n_salient: see `_count_runs`.
+    """
+
+    least: Array
+    steps: Array
+    ahead: Array
+    ahead_of_settled: Array
+    n_runs: int
+    n_salient: int
+
+    @classmethod
+    def of(cls, voxels: Array, votes: Array, n_runs: int, n_salient: int) -> Self:
+        """Return that of (n,) voxels and their (n, N_COLUMNS) votes, before these are cast."""
+        cells = np.stack([voxels >> 42, (voxels >> 21) & _BITS, voxels & _BITS], axis=1)
+        least = cells.min(axis=0) if len(cells) else np.zeros(3, np.int64)
+        steps = cells - least
+        steps = steps.astype(np.min_scalar_type(int(steps.max(initial=0))))
+        signs = np.sign(votes[:, [AHEAD, AHEAD_OF_SETTLED]]).astype(np.int8)
+        return cls(least, steps, signs[:, 0].copy(), signs[:, 1].copy(), n_runs, n_salient)
+
+    def voxels(self) -> Array:
+        """Return them as (n,) int64."""
+        row, column, layer = (self.steps.astype(np.int64) + self.least).T
+        return np.asarray((row << 42) | (column << 21) | layer)
 
 
 class VoxelVotes:
@@ -88,8 +122,53 @@ class VoxelVotes:
 
         voxels: see `voxels_of`. labels: of the same shape, codes of `Label`, or `REJECTED`.
         """
+        self._cast(self._tally(voxels, labels)[0])
+
+    def add_and_note(self, voxels: Array, labels: Array) -> ViewVote:
+        """Do as `add`, and return what the view told."""
+        touched, n_runs, n_salient = self._tally(voxels, labels)
+        told = ViewVote.of(self._voxels[touched], self._votes[touched], n_runs, n_salient)
+        self._cast(touched)
+        return told
+
+    def add_again(self, told: ViewVote) -> None:
+        """Let a view vote as it did on other votes in the same state: these become the same."""
+        self._make_room(told.n_runs, told.n_salient)
+        self._n_views += 1
+        touched = np.empty(len(told.steps), np.int64)
+        self._n_voxels += _touch_again(
+            self._voxels,
+            self._votes,
+            self._n_views,
+            told.voxels(),
+            told.ahead,
+            told.ahead_of_settled,
+            touched,
+        )
+        self._cast(touched)
+
+    def _tally(self, voxels: Array, labels: Array) -> tuple[Array, int, int]:
+        """Count the pixels of a view for its voxels; return these, and what `_count_runs` does."""
         seen, said = voxels.ravel(), labels.ravel()
         n_runs, n_salient = _count_runs(seen, said)
+        self._make_room(n_runs, n_salient)
+        self._n_views += 1
+        touched = np.empty(n_runs, np.int64)
+        n_touched, n_new = _tally_pixels(
+            self._voxels, self._votes, self._n_views, seen, said, touched
+        )
+        self._n_voxels += n_new
+        return touched[:n_touched], n_runs, n_salient
+
+    def _cast(self, touched: Array) -> None:
+        """Give the voxels that a view touched their votes."""
+        n_new, self._n_salient = _cast_votes(
+            self._voxels, self._votes, self._salient, self._n_salient, self._n_views, touched
+        )
+        self._n_voxels += n_new
+
+    def _make_room(self, n_runs: int, n_salient: int) -> None:
+        """Make the tables large enough for one view more, see `_count_runs`."""
         n_new = n_runs + 7 * n_salient
         if self._n_voxels + n_new > max(self._max_voxels, 2 * n_new):
             self._forget_unseen()
@@ -98,12 +177,6 @@ class VoxelVotes:
         missing = self._n_salient + 7 * n_salient - len(self._salient)
         if missing > 0:
             self._salient = np.append(self._salient, np.empty(2 * missing, np.int64))
-        self._n_views += 1
-        table = (self._voxels, self._votes, self._salient)
-        n_new, self._n_salient = _count_view(
-            *table, self._n_salient, self._n_views, seen, said, np.empty(n_runs, np.int64)
-        )
-        self._n_voxels += n_new
 
     def balance(self, voxels: Array) -> Array:
         """(n, 3) int32: how many more views said salient than not, for each of (n,) voxels.
@@ -224,20 +297,13 @@ def _count_runs(seen: Array, said: Array) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
-def _count_view(
-    voxels: Array,
-    votes: Array,
-    salient: Array,
-    n_salient: int,
-    view: int,
-    seen: Array,
-    said: Array,
-    touched: Array,
+def _tally_pixels(
+    voxels: Array, votes: Array, view: int, seen: Array, said: Array, touched: Array
 ) -> tuple[int, int]:
-    """Give every voxel in view one vote, for what most of its labelled pixels say.
+    """Count for every voxel in view what its labelled pixels say.
 
-    salient: the first `n_salient` are filled. view: its number, from 1. touched: to work with, see
-    `_count_runs`. Return how many voxels are new, and `n_salient` now.
+    view: its number, from 1. seen, said: see `_count_runs`. touched: is filled with the slots of
+    the voxels, each once, as they come. Return how many these are, and how many of them are new.
     """
     n_touched, n_new, slot = 0, 0, -1
     for pixel in range(len(seen)):
@@ -249,15 +315,50 @@ def _count_view(
             slot = find_slot(voxels, seen[pixel])
             n_new += voxels[slot] == FREE
             voxels[slot] = seen[pixel]
-            touched[n_touched] = slot
-            n_touched += 1
+            if votes[slot, TOLD] != view:
+                votes[slot, TOLD] = view
+                touched[n_touched] = slot
+                n_touched += 1
         votes[slot, AHEAD] += 1 if label == SALIENT else -1
         if label != REJECTED:
             votes[slot, AHEAD_OF_SETTLED] += 1 if label == SALIENT else -1
-    for place in range(n_touched):
-        slot = touched[place]
-        ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
+    return n_touched, n_new
+
+
+@njit(cache=True, nogil=True)
+def _touch_again(
+    voxels: Array,
+    votes: Array,
+    view: int,
+    seen: Array,
+    ahead: Array,
+    ahead_of_settled: Array,
+    touched: Array,
+) -> int:
+    """Do to (n,) voxels what `_tally_pixels` did, by signs; return how many are new."""
+    n_new = 0
+    for place in range(len(seen)):
+        slot = find_slot(voxels, seen[place])
+        n_new += voxels[slot] == FREE
+        voxels[slot] = seen[place]
+        votes[slot, AHEAD], votes[slot, AHEAD_OF_SETTLED] = ahead[place], ahead_of_settled[place]
         votes[slot, TOLD] = view
+        touched[place] = slot
+    return n_new
+
+
+@njit(cache=True, nogil=True)
+def _cast_votes(
+    voxels: Array, votes: Array, salient: Array, n_salient: int, view: int, touched: Array
+) -> tuple[int, int]:
+    """Give every voxel that a view touched one vote, for what most of its labelled pixels say.
+
+    salient: the first `n_salient` are filled. view, touched: see `_tally_pixels`. Return how many
+    voxels are new, and `n_salient` now.
+    """
+    n_new = 0
+    for slot in touched:
+        ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
         if ahead < 0:
             votes[slot, AGAINST] += 1
         if votes[slot, AHEAD_OF_SETTLED] < 0:
