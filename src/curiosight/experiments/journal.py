@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.compiling import njit
 from curiosight.errors.files import replace_file, writing
 from curiosight.errors.inputs import check_file
 from curiosight.experiments.state_graph import GraphReader, GraphWriter
@@ -31,6 +32,8 @@ _HEAD = struct.Struct("<4sIII")
 # How truth values are written: eight a byte. How depth is, where a sensor told whole millimetres.
 BITS, MILLIMETRES = "bits", "mm"
 _NO_READING, _METRES = 2**16 - 1, np.float32(0.001)
+_NAN_BITS, _MINUS_BITS = (int(np.float32(one).view(np.uint32)) for one in (np.nan, -0.0))
+Array = npt.NDArray[Any]
 # A power cut costs no more than what was written since.
 SYNC_S = 2.0
 REMEDY = "put the file back as it was, or begin anew with --from RUN"
@@ -220,13 +223,28 @@ def _narrowed(whole: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def _in_millimetres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16] | None:
     """Return (n,) metres as whole millimetres; None where these would not tell them to the bit."""
-    whole = np.rint(metres * np.float32(1000))
-    whole[np.isnan(metres)] = _NO_READING
-    if not ((whole >= 0) & (whole <= _NO_READING)).all():
-        return None
-    stored = whole.astype(np.uint16)
-    is_same = _in_metres(stored).view(np.uint32) == metres.view(np.uint32)
-    return stored if is_same.all() else None
+    whole = np.empty(len(metres), np.uint16)
+    return whole if _find_millimetres(metres, metres.view(np.uint32), whole) else None
+
+
+@njit(cache=True, nogil=True)
+def _find_millimetres(metres: Array, bits: Array, whole: Array) -> bool:
+    """Set (n,) whole millimetres, and tell whether they are the metres to the bit.
+
+    bits: of the metres.
+    """
+    for place in range(len(metres)):
+        if bits[place] == _NAN_BITS:
+            whole[place] = _NO_READING
+            continue
+        found = np.rint(metres[place] * np.float32(1000))
+        # Nothing is written as -0.
+        if not 0 <= found < _NO_READING or np.float32(found) * _METRES != metres[place]:
+            return False
+        if bits[place] == _MINUS_BITS:
+            return False
+        whole[place] = np.uint16(found)
+    return True
 
 
 def _in_metres(millimetres: npt.NDArray[np.uint16]) -> npt.NDArray[np.float32]:

@@ -24,16 +24,18 @@ class Seen:
     """Surfaces that a view showed.
 
     points: (n, 3) float32 in the world's frame, metres. labels: (n,) uint8, a `Label` each.
+    readings: by which they were told; None = nobody knows.
     """
 
     points: npt.NDArray[np.float32]
     labels: npt.NDArray[np.uint8]
+    readings: Readings | None = None
 
     @classmethod
     def of(cls, frame: Frame, labels: npt.NDArray[np.uint8]) -> Self | None:
         """Return what a frame with (H, W) labels shows; None without a pose or depth."""
         readings = Readings.of(frame, labels)
-        return None if readings is None else cls(readings.points(), readings.labels)
+        return None if readings is None else cls(readings.points(), readings.labels, readings)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +76,7 @@ class Readings:
 
     def seen(self) -> Seen:
         """Return what they show."""
-        return Seen(self.points(), self.labels)
+        return Seen(self.points(), self.labels, self)
 
 
 def _grid(height: int, width: int) -> tuple[Array, Array]:

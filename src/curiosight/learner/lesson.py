@@ -72,8 +72,10 @@ class Drawn:
 
     def without_rest(self) -> Drawn:
         """Return the same without the rows that nothing was drawn from."""
-        used, which = np.unique(self.which, return_inverse=True)
-        return replace(self, rows=self.rows[used], which=which)
+        is_used = np.zeros(len(self.rows), np.bool_)
+        is_used[self.which] = True
+        which = (np.cumsum(is_used) - 1)[self.which]
+        return replace(self, rows=self.rows[is_used], which=which)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

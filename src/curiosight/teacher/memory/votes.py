@@ -39,9 +39,9 @@ MAX_VOXELS = 1 << 20
 class ViewVote:
     """All that one view told, for `VoxelVotes.add_again`.
 
-    least: (3,) int64, and steps: (n, 3) from it: the voxels by row, column and layer, in the order
-    in which the view came to them first. ahead, ahead_of_settled: (n,) int8, of each voxel the sign
-    of the column of that name. n_runs, n_salient: see `_count_runs`.
+    least: (3,) int64, and steps: (n, 3) int32 from it: the voxels by row, column and layer, in the
+    order in which the view came to them first. ahead, ahead_of_settled: (n,) int8, of each voxel
+    the sign of the column of that name. n_runs, n_salient: see `_count_runs`.
     """
 
     least: Array
@@ -52,14 +52,12 @@ class ViewVote:
     n_salient: int
 
     @classmethod
-    def of(cls, voxels: Array, votes: Array, n_runs: int, n_salient: int) -> Self:
-        """Return that of (n,) voxels and their (n, N_COLUMNS) votes, before these are cast."""
-        cells = np.stack([voxels >> 42, (voxels >> 21) & _BITS, voxels & _BITS], axis=1)
-        least = cells.min(axis=0) if len(cells) else np.zeros(3, np.int64)
-        steps = cells - least
-        steps = steps.astype(np.min_scalar_type(int(steps.max(initial=0))))
-        signs = np.sign(votes[:, [AHEAD, AHEAD_OF_SETTLED]]).astype(np.int8)
-        return cls(least, steps, signs[:, 0].copy(), signs[:, 1].copy(), n_runs, n_salient)
+    def of(cls, voxels: Array, votes: Array, touched: Array, n_runs: int, n_salient: int) -> Self:
+        """Return that of (n,) touched slots of the tables, before votes are cast."""
+        least, steps = np.zeros(3, np.int64), np.empty((len(touched), 3), np.int32)
+        ahead, ahead_of_settled = np.empty((2, len(touched)), np.int8)
+        _note_touched(voxels, votes, touched, least, steps, ahead, ahead_of_settled)
+        return cls(least, steps, ahead, ahead_of_settled, n_runs, n_salient)
 
     def voxels(self) -> Array:
         """Return them as (n,) int64."""
@@ -127,7 +125,7 @@ class VoxelVotes:
     def add_and_note(self, voxels: Array, labels: Array) -> ViewVote:
         """Do as `add`, and return what the view told."""
         touched, n_runs, n_salient = self._tally(voxels, labels)
-        told = ViewVote.of(self._voxels[touched], self._votes[touched], n_runs, n_salient)
+        told = ViewVote.of(self._voxels, self._votes, touched, n_runs, n_salient)
         self._cast(touched)
         return told
 
@@ -323,6 +321,37 @@ def _tally_pixels(
         if label != REJECTED:
             votes[slot, AHEAD_OF_SETTLED] += 1 if label == SALIENT else -1
     return n_touched, n_new
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _cell_of(voxel: int) -> tuple[int, int, int]:
+    return voxel >> 42, (voxel >> 21) & _BITS, voxel & _BITS
+
+
+@njit(cache=True, nogil=True)
+def _note_touched(
+    voxels: Array,
+    votes: Array,
+    touched: Array,
+    least: Array,
+    steps: Array,
+    ahead: Array,
+    ahead_of_settled: Array,
+) -> None:
+    """Set what `ViewVote` tells of (n,) touched slots."""
+    if len(touched):
+        least[0], least[1], least[2] = _cell_of(voxels[touched[0]])
+    for slot in touched:
+        row, column, layer = _cell_of(voxels[slot])
+        least[0], least[1] = min(least[0], row), min(least[1], column)
+        least[2] = min(least[2], layer)
+    for place in range(len(touched)):
+        slot = touched[place]
+        row, column, layer = _cell_of(voxels[slot])
+        steps[place, 0], steps[place, 1] = row - least[0], column - least[1]
+        steps[place, 2] = layer - least[2]
+        ahead[place] = np.sign(votes[slot, AHEAD])
+        ahead_of_settled[place] = np.sign(votes[slot, AHEAD_OF_SETTLED])
 
 
 @njit(cache=True, nogil=True)
