@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from curiosight.errors import DataError
+from curiosight.experiments import journal as journal_module
 from curiosight.experiments.journal import (
     _HEAD,
     _MARK,
@@ -83,8 +84,9 @@ def test_records_come_back_in_their_order(tmp_path: Path) -> None:
     ],
 )
 def test_arrays_come_back_exactly_from_the_fewest_bytes(
-    array: np.ndarray, n_bytes: int, tmp_path: Path
+    array: np.ndarray, n_bytes: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(journal_module, "LEAST_BYTES", 1)
     journal = Journal(tmp_path / "j")
     journal.begin_anew()
     journal.add(array)

@@ -252,14 +252,14 @@ def test_votes_cast_again_leave_the_same_table() -> None:
         voxels[rng.random(len(voxels)) < 0.1] = FREE
         note = seeing.add_and_note(voxels, rng.choice(codes, len(voxels)))
         told.add_again(note)
-        assert (note.steps.min(axis=0) == 0).all()
+        assert len(note.far) == len(note.codes) if width > 300 else len(note.far) > 0
         for name, value in vars(seeing).items():
             other = getattr(told, name)
             if name == "_salient":
                 value, other = value[: seeing._n_salient], other[: told._n_salient]
             assert np.array_equal(value, other), name
     nothing = seeing.add_and_note(np.full(9, FREE), np.full(9, REJECTED))
-    assert len(nothing.voxels()) == 0
+    assert len(nothing.codes) == len(nothing.far) == 0
     told.add_again(nothing)
     assert (seeing._n_views, len(seeing)) == (told._n_views, len(told))
 

@@ -29,6 +29,8 @@ MAGIC = KIND + b"%d\n" % VERSION
 # Of each record: a mark, the bytes of its JSON and of its arrays, the CRC-32 of all that follows.
 _MARK = b"\xc5rec"
 _HEAD = struct.Struct("<4sIII")
+# What takes less is not made smaller.
+LEAST_BYTES = 64
 # How truth values are written: eight a byte. How depth is, where a sensor told whole millimetres.
 BITS, MILLIMETRES = "bits", "mm"
 _NO_READING, _METRES = 2**16 - 1, np.float32(0.001)
@@ -207,7 +209,7 @@ def _laid_out(array: npt.NDArray[Any]) -> _Laid:
     said = array.dtype.str, array.shape, "F" if is_fortran else "C"
     if flat.dtype == np.bool_:
         return _Laid(np.packbits(flat), BITS, *said)
-    if flat.dtype.kind in "iu" and flat.itemsize > 1 and flat.size:
+    if flat.dtype.kind in "iu" and flat.itemsize > 1 and flat.nbytes > LEAST_BYTES:
         flat = _narrowed(flat)
     if flat.dtype == np.float32 and (millimetres := _in_millimetres(flat)) is not None:
         return _Laid(millimetres, MILLIMETRES, *said)

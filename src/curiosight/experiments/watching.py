@@ -38,7 +38,7 @@ from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
 # Of the time of all cores that it uses the state may take so much, and so may the model.
-SHARE = 0.004
+SHARE = 0.0025
 
 
 class Watching:

@@ -39,30 +39,24 @@ MAX_VOXELS = 1 << 20
 class ViewVote:
     """All that one view told, for `VoxelVotes.add_again`.
 
-    least: (3,) int64, and steps: (n, 3) int32 from it: the voxels by row, column and layer, in the
-    order in which the view came to them first. ahead, ahead_of_settled: (n,) int8, of each voxel
-    the sign of the column of that name. n_runs, n_salient: see `_count_runs`.
+    codes: (n,) uint16 of its voxels, in the order in which it came to them first: by how many rows,
+    columns and layers each is behind the one before, 8 added, four bits each; then by whom its
+    pixels are led: 3 times the sign of `AHEAD`, and that of `AHEAD_OF_SETTLED`, 4 added.
+    far: (m,) int64, the voxels that are farther than 7 from the one before, whose bits are 0.
+    n_runs, n_salient: see `_count_runs`.
     """
 
-    least: Array
-    steps: Array
-    ahead: Array
-    ahead_of_settled: Array
+    codes: Array
+    far: Array
     n_runs: int
     n_salient: int
 
     @classmethod
     def of(cls, voxels: Array, votes: Array, touched: Array, n_runs: int, n_salient: int) -> Self:
         """Return that of (n,) touched slots of the tables, before votes are cast."""
-        least, steps = np.zeros(3, np.int64), np.empty((len(touched), 3), np.int32)
-        ahead, ahead_of_settled = np.empty((2, len(touched)), np.int8)
-        _note_touched(voxels, votes, touched, least, steps, ahead, ahead_of_settled)
-        return cls(least, steps, ahead, ahead_of_settled, n_runs, n_salient)
-
-    def voxels(self) -> Array:
-        """Return them as (n,) int64."""
-        row, column, layer = (self.steps.astype(np.int64) + self.least).T
-        return np.asarray((row << 42) | (column << 21) | layer)
+        codes, far = np.empty(len(touched), np.uint16), np.empty(len(touched), np.int64)
+        n_far = _encode_touched(voxels, votes, touched, codes, far)
+        return cls(codes, far[:n_far].copy(), n_runs, n_salient)
 
 
 class VoxelVotes:
@@ -133,15 +127,9 @@ class VoxelVotes:
         """Let a view vote as it did on other votes in the same state: these become the same."""
         self._make_room(told.n_runs, told.n_salient)
         self._n_views += 1
-        touched = np.empty(len(told.steps), np.int64)
+        touched = np.empty(len(told.codes), np.int64)
         self._n_voxels += _touch_again(
-            self._voxels,
-            self._votes,
-            self._n_views,
-            told.voxels(),
-            told.ahead,
-            told.ahead_of_settled,
-            touched,
+            self._voxels, self._votes, self._n_views, told.codes, told.far, touched
         )
         self._cast(touched)
 
@@ -329,48 +317,46 @@ def _cell_of(voxel: int) -> tuple[int, int, int]:
 
 
 @njit(cache=True, nogil=True)
-def _note_touched(
-    voxels: Array,
-    votes: Array,
-    touched: Array,
-    least: Array,
-    steps: Array,
-    ahead: Array,
-    ahead_of_settled: Array,
-) -> None:
-    """Set what `ViewVote` tells of (n,) touched slots."""
-    if len(touched):
-        least[0], least[1], least[2] = _cell_of(voxels[touched[0]])
-    for slot in touched:
-        row, column, layer = _cell_of(voxels[slot])
-        least[0], least[1] = min(least[0], row), min(least[1], column)
-        least[2] = min(least[2], layer)
+def _encode_touched(voxels: Array, votes: Array, touched: Array, codes: Array, far: Array) -> int:
+    """Set the codes and the far voxels of (n,) touched slots, see `ViewVote`; return how many."""
+    n_far, row, column, layer = 0, 0, 0, 0
     for place in range(len(touched)):
         slot = touched[place]
+        before = row, column, layer
         row, column, layer = _cell_of(voxels[slot])
-        steps[place, 0], steps[place, 1] = row - least[0], column - least[1]
-        steps[place, 2] = layer - least[2]
-        ahead[place] = np.sign(votes[slot, AHEAD])
-        ahead_of_settled[place] = np.sign(votes[slot, AHEAD_OF_SETTLED])
+        down, across, up = row - before[0] + 8, column - before[1] + 8, layer - before[2] + 8
+        is_near = 0 < down < 16 and 0 < across < 16 and 0 < up < 16
+        if place == 0 or not is_near:
+            far[n_far] = voxels[slot]
+            n_far += 1
+            down, across, up = 0, 0, 0
+        led = 3 * np.sign(votes[slot, AHEAD]) + np.sign(votes[slot, AHEAD_OF_SETTLED]) + 4
+        codes[place] = np.uint16(down | across << 4 | up << 8 | led << 12)
+    return n_far
 
 
 @njit(cache=True, nogil=True)
 def _touch_again(
-    voxels: Array,
-    votes: Array,
-    view: int,
-    seen: Array,
-    ahead: Array,
-    ahead_of_settled: Array,
-    touched: Array,
+    voxels: Array, votes: Array, view: int, codes: Array, far: Array, touched: Array
 ) -> int:
-    """Do to (n,) voxels what `_tally_pixels` did, by signs; return how many are new."""
-    n_new = 0
-    for place in range(len(seen)):
-        slot = find_slot(voxels, seen[place])
+    """Do what `_tally_pixels` did, by the codes of a `ViewVote`; return how many are new."""
+    n_new, n_far, voxel = 0, 0, np.int64(0)
+    for place in range(len(codes)):
+        code = np.int64(codes[place])
+        if code & 0xFFF:
+            row, column, layer = _cell_of(voxel)
+            row += (code & 15) - 8
+            column += ((code >> 4) & 15) - 8
+            layer += ((code >> 8) & 15) - 8
+            voxel = row << 42 | column << 21 | layer
+        else:
+            voxel = far[n_far]
+            n_far += 1
+        slot = find_slot(voxels, voxel)
         n_new += voxels[slot] == FREE
-        voxels[slot] = seen[place]
-        votes[slot, AHEAD], votes[slot, AHEAD_OF_SETTLED] = ahead[place], ahead_of_settled[place]
+        voxels[slot] = voxel
+        led = code >> 12
+        votes[slot, AHEAD], votes[slot, AHEAD_OF_SETTLED] = led // 3 - 1, led % 3 - 1
         votes[slot, TOLD] = view
         touched[place] = slot
     return n_new
