@@ -7,8 +7,11 @@ Of each command two runs with the same seed are made in one process, look by loo
 with state, model and journal, written as often as the command does, the other without. Time is that
 of the CPU for the thread that looks, so that neither who else uses the machine nor the decoding of
 frames counts. Of a watch it is the core of its loop that runs, without maps: what its teacher says,
-learning, advice, the tables, what is kept. A round is both runs from their beginning; tells the
-median over the rounds. Kept in benchmarks/results/keeping_cost.json.
+learning, advice, the tables, what is kept. What is kept at each look is the median of what it took
+more than the same look of the other run, for a mean would tell of who else uses the caches; state
+and model are timed where they are written, and count by the number of looks. A round is both runs
+from their beginning; tells the median over the rounds. Kept in
+benchmarks/results/keeping_cost.json.
 """
 
 from __future__ import annotations
@@ -20,8 +23,9 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -38,26 +42,37 @@ from curiosight.experiments.output import OutputFolder
 from curiosight.experiments.snapshot import STATE
 from curiosight.experiments.watch_parts import Asked
 from curiosight.experiments.watching import SHARE, Watching
+from curiosight.frame import Frame
 from curiosight.learner.archive import MODEL
-from curiosight.robot.feed import Shot
 from curiosight.worlds.sources import open_source
 
 RESULTS = Path(__file__).parent / "results" / "keeping_cost.json"
 # Looks at the beginning that do not count: kernels are compiled, or read.
 N_WARM_UP = 5
 ADD = Journal.add
+KEYS = ("without_ms", "each_ms", "writing_ms")
+
+
+@dataclass(frozen=True)
+class Given:
+    """A frame as a feed gives it."""
+
+    frame: Frame
+    index: int
+    taken_at: float
 
 
 class Side:
     """One of two runs: what a look of it takes.
 
-    keeps: whether it keeps what it knows. spent: seconds of the CPU of each look so far.
+    keeps: whether it keeps what it knows. spent: seconds of the CPU of each look so far, and
+    written: of these, for state and model.
     """
 
     def __init__(self, folder: Path, source: Path, *, keeps: bool) -> None:
-        self.keeps, self.spent = keeps, list[float]()
+        self.keeps, self.spent, self.written = keeps, list[float](), list[float]()
         self.out = OutputFolder(folder, "benchmark", source)
-        self._total, self._since = 0.0, time.thread_time()
+        self._total, self._writing, self._since = 0.0, 0.0, time.thread_time()
 
     def clock(self) -> float:
         """Return the seconds that this run has taken, and not the other."""
@@ -67,7 +82,18 @@ class Side:
         """Return when to write, by this run's clock; never where nothing is kept."""
         if not self.keeps:
             return Keeping(every_looks=10**9, every_s=1e12)
-        return Keeping(clock=self.clock, **options)
+        keeping = Keeping(clock=self.clock, **options)
+        writing = keeping.writing
+
+        @contextmanager
+        def timed() -> Iterator[None]:
+            begun = time.thread_time()
+            with writing():
+                yield
+            self._writing += time.thread_time() - begun
+
+        keeping.writing = timed  # type: ignore[method-assign]
+        return keeping
 
     @contextmanager
     def pause(self) -> Iterator[None]:
@@ -78,9 +104,10 @@ class Side:
 
     def look(self, looks: Iterator[object]) -> None:
         """Take the next look; StopIteration at the end of a recording that is learned."""
-        self._since = time.thread_time()
+        self._since, self._writing = time.thread_time(), 0.0
         next(looks)
         taken = time.thread_time() - self._since
+        self.written.append(self._writing)
         self._total += taken
         self.spent.append(taken)
 
@@ -112,7 +139,8 @@ def watch(side: Side, config: Config, dataset: Dataset, source: str) -> Iterator
     for number in itertools.count():
         with side.pause():  # a camera reads by itself
             frame = dataset[number % len(dataset)]
-        watching.watch._to_teach.put(Shot(frame, number % len(dataset), float(number)))
+        shot = Given(frame, number % len(dataset), float(number))
+        watching.watch._to_teach.put(shot)  # type: ignore[arg-type]
         watching.watch._teach_next()
         watching.watch._learn_next()
         watching.keeper.sync_if_due()
@@ -126,10 +154,38 @@ COMMANDS: dict[str, Callable[[Side, Config, Dataset, str], Iterator[object]]] = 
 }
 
 
-def run_round(
-    name: str, config: Config, source: str, n_looks: int, folder: Path
-) -> tuple[float, float]:
-    """Return the milliseconds of a look with and without what is kept.
+@dataclass(frozen=True)
+class Round:
+    """Milliseconds of the CPU: of a look without, and by how much more it was with what is kept.
+
+    mean: of all. each: median over the looks of what a look took more than the same look without,
+    state and model left out. writing: these, by the number of looks.
+    """
+
+    without_ms: float
+    mean_ms: float
+    each_ms: float
+    writing_ms: float
+
+    @classmethod
+    def of(cls, kept: Side, free: Side) -> Self:
+        """Return what two runs took, without their first looks."""
+        n = min(len(kept.spent), len(free.spent))
+        spent, written, less = (
+            1e3 * np.array(one[N_WARM_UP:n]) for one in (kept.spent, kept.written, free.spent)
+        )
+        more = spent - less
+        each = float(np.median(more - written))
+        return cls(float(less.mean()), float(more.mean()), each, float(written.mean()))
+
+    @property
+    def share(self) -> float:
+        """Return what is kept costs, by what a look takes without."""
+        return (self.each_ms + self.writing_ms) / self.without_ms
+
+
+def run_round(name: str, config: Config, source: str, n_looks: int, folder: Path) -> Round:
+    """Make both runs.
 
     Each is the first at every other look: the second finds the frame in the CPU's cache.
     """
@@ -143,8 +199,7 @@ def run_round(
         for number in range(N_WARM_UP + n_looks):
             for side, looks in runs if number % 2 else reversed(runs):
                 side.look(looks)
-    spent = [1e3 * float(np.mean(side.spent[N_WARM_UP:])) for side in sides]
-    return spent[0], spent[1]
+    return Round.of(*sides)
 
 
 def journal_bytes(kept: list[int]) -> Callable[[Journal, object], None]:
@@ -161,14 +216,17 @@ def journal_bytes(kept: list[int]) -> Callable[[Journal, object], None]:
 def table(results: Sequence[dict[str, Any]]) -> str:
     """Return the table as Markdown."""
     lines = [
-        "| command | a look without (ms of CPU) | with | more, median | each round |",
-        "|---|---|---|---|---|",
+        "| command | a look without (ms of CPU) | more at each look | state and model "
+        "| together, median | each round | means of all looks |",
+        "|---|---|---|---|---|---|---|",
     ]
     for one in results:
-        each = ", ".join(f"{100 * share:+.1f}" for share in one["shares"])
+        shares, means = (
+            ", ".join(f"{100 * share:.1f}" for share in one[name]) for name in ("shares", "means")
+        )
         lines.append(
-            f"| `{one['command']}` | {one['without_ms']:.1f} | {one['with_ms']:.1f} "
-            f"| {100 * one['share']:+.1f} % | {each} |"
+            f"| `{one['command']}` | {one['without_ms']:.1f} | {one['each_ms']:.2f} "
+            f"| {one['writing_ms']:.2f} | {100 * one['share']:.1f} % | {shares} | {means} |"
         )
     return "\n".join(lines)
 
@@ -187,23 +245,21 @@ def main() -> None:
     config = load_config(None, None, length)
     results: list[dict[str, Any]] = []
     for name in arguments.commands.split(","):
-        rounds, kept = [], list[int]()
+        rounds, kept = list[Round](), list[int]()
         Journal.add = journal_bytes(kept)  # type: ignore[method-assign, assignment]
         for number in range(arguments.rounds):
             with tempfile.TemporaryDirectory() as folder:
-                spent = run_round(name, config, arguments.recording, n_looks, Path(folder))
-                rounds.append(spent)
-            shares = [kept_ms / free_ms - 1 for kept_ms, free_ms in rounds]
-            print(f"{name} {number + 1}: {100 * shares[-1]:+.2f} %", flush=True)
-        with_ms, without_ms = np.median(rounds, axis=0)
+                rounds.append(run_round(name, config, arguments.recording, n_looks, Path(folder)))
+            print(f"{name} {number + 1}: {rounds[-1]}", flush=True)
+        shares = [one.share for one in rounds]
         results.append(
             {
                 "command": name,
                 "looks": n_looks,
-                "with_ms": with_ms,
-                "without_ms": without_ms,
+                **{key: float(np.median([asdict(one)[key] for one in rounds])) for key in KEYS},
                 "share": float(np.median(shares)),
                 "shares": shares,
+                "means": [one.mean_ms / one.without_ms for one in rounds],
                 "journal_bytes_a_look": float(np.mean(kept)) if kept else None,
             }
         )

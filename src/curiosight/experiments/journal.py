@@ -28,6 +28,7 @@ KIND, VERSION = b"curiosight journal ", 2
 MAGIC = KIND + b"%d\n" % VERSION
 # Of each record: a mark, the bytes of its JSON and of its arrays, the CRC-32 of all that follows.
 _MARK = b"\xc5rec"
+_ENCODER = json.JSONEncoder(separators=(",", ":"), check_circular=False)
 _HEAD = struct.Struct("<4sIII")
 # What takes less is not made smaller.
 LEAST_BYTES = 64
@@ -174,19 +175,18 @@ def _whole_behind(content: bytes, start: int) -> Iterator[int]:
         found = content.find(_MARK, found + 1)
 
 
-def encoded(record: object) -> bytes:
+def encoded(record: object) -> bytearray:
     """Return a record as it stands in a journal; ValueError for what cannot be kept."""
     writer = GraphWriter({})
     node = writer.node(record)
     arrays = [*map(_laid_out, writer.arrays.values())]
-    said = [one[1:] for one in arrays]
-    text = json.dumps([node, said], separators=(",", ":")).encode()
-    checksum = zlib.crc32(text)
-    for one in arrays:
-        checksum = zlib.crc32(one.stored.data, checksum)
-    n_bytes = sum(one.stored.nbytes for one in arrays)
-    head = _HEAD.pack(_MARK, len(text), n_bytes, checksum)
-    return b"".join([head, text, *(one.stored.data for one in arrays)])
+    text = _ENCODER.encode([node, [one[1:] for one in arrays]]).encode()
+    parts: list[bytes | memoryview] = [bytes(_HEAD.size), text]
+    content = bytearray().join([*parts, *(one.stored.data for one in arrays)])
+    n_arrays = len(content) - _HEAD.size - len(text)
+    checksum = zlib.crc32(memoryview(content)[_HEAD.size :])
+    _HEAD.pack_into(content, 0, _MARK, len(text), n_arrays, checksum)
+    return content
 
 
 class _Laid(NamedTuple):
@@ -204,12 +204,16 @@ class _Laid(NamedTuple):
 
 
 def _laid_out(array: npt.NDArray[Any]) -> _Laid:
-    is_fortran = array.flags.f_contiguous and not array.flags.c_contiguous
-    flat = np.ascontiguousarray(array.T if is_fortran else array).ravel()
-    said = array.dtype.str, array.shape, "F" if is_fortran else "C"
+    flags = array.flags
+    is_fortran = flags.f_contiguous and not flags.c_contiguous
+    flat = (array.T if is_fortran else array).reshape(-1)
+    name = array.dtype.str
+    said = name, array.shape, "F" if is_fortran else "C"
+    if flat.nbytes <= LEAST_BYTES:
+        return _Laid(flat, name, *said)
     if flat.dtype == np.bool_:
         return _Laid(np.packbits(flat), BITS, *said)
-    if flat.dtype.kind in "iu" and flat.itemsize > 1 and flat.nbytes > LEAST_BYTES:
+    if flat.dtype.kind in "iu" and flat.itemsize > 1:
         flat = _narrowed(flat)
     if flat.dtype == np.float32 and (millimetres := _in_millimetres(flat)) is not None:
         return _Laid(millimetres, MILLIMETRES, *said)
@@ -260,9 +264,10 @@ def _decoded(text: bytes, content: memoryview) -> Any:
     arrays, start = {}, 0
     for number, (stored_as, name, shape, order) in enumerate(said):
         n = int(np.prod(shape, dtype=np.int64))
+        stored: Array
         if stored_as == BITS:
             stored = np.frombuffer(content, np.uint8, -(-n // 8), start)
-            flat = np.unpackbits(stored, count=n)
+            flat: Array = np.unpackbits(stored, count=n)
         elif stored_as == MILLIMETRES:
             stored = np.frombuffer(content, np.uint16, n, start)
             flat = _in_metres(stored)

@@ -79,7 +79,7 @@ class GraphWriter:
         return self._new_node(one)
 
     def _new_node(self, one: Any) -> list[Any]:
-        kind = type(one)
+        kind: type = type(one)
         # What there is most of, first: a watch writes a look's record each time.
         if kind is np.ndarray:
             return self._array_node(one)
@@ -116,7 +116,8 @@ class GraphWriter:
         return ["bytes", one.hex()] if kind is bytes else None
 
     def _nodes(self, many: Iterable[Any]) -> list[Any]:
-        return [self.node(one) for one in many]
+        # Most are plain: a call each would take longer than all else.
+        return [one if type(one) in PLAIN else self.node(one) for one in many]
 
     def _array_node(self, array: npt.NDArray[Any]) -> list[Any]:
         if array.dtype.hasobject:

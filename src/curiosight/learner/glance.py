@@ -57,7 +57,7 @@ class Glance:
             np.empty((*size, 3), np.uint8),
         )
         _sample(depth, labels, np.uint8(Label.SALIENT), frame.rgb, *sampled)
-        return cls(sampled[0], sampled[2], sampled[1], pinhole, pose.astype(np.float64))
+        return cls(sampled[0], sampled[2], sampled[1], pinhole, np.asarray(pose, np.float64))
 
     @property
     def colours(self) -> npt.NDArray[np.float32]:

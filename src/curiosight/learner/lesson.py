@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Camera
 from curiosight.learner.description import Counts
 from curiosight.learner.features import Rows
 from curiosight.learner.sight import Sight
 
+Array = npt.NDArray[Any]
 Labels = npt.NDArray[np.bool_]
 
 
@@ -68,14 +70,13 @@ class Drawn:
 
     def samples(self) -> Rows:
         """Return (n, F), a row each."""
-        return self.rows[self.which]
+        samples: Rows = self.rows[self.which]
+        return samples
 
     def without_rest(self) -> Drawn:
         """Return the same without the rows that nothing was drawn from."""
-        is_used = np.zeros(len(self.rows), np.bool_)
-        is_used[self.which] = True
-        which = (np.cumsum(is_used) - 1)[self.which]
-        return replace(self, rows=self.rows[is_used], which=which)
+        rows, which = _only_used(self.rows, self.which)
+        return Drawn(rows, which, self.is_salient, self.chances)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +96,27 @@ class Taught:
     def without_rest(self) -> Taught:
         """Return the same, see `Drawn.without_rest`."""
         return replace(self, drawn=self.drawn.without_rest())
+
+
+@njit(cache=True, nogil=True)
+def _only_used(rows: Array, which: Array) -> tuple[Array, Array]:
+    """Return the rows that (n,) numbers tell, each once, and these numbers then."""
+    numbers = np.full(len(rows), -1, np.int32)
+    for place in range(len(which)):
+        numbers[which[place]] = 0
+    n_used = 0
+    for row in range(len(rows)):
+        if numbers[row] == 0:
+            numbers[row] = n_used
+            n_used += 1
+    used = np.empty((n_used, rows.shape[1]), rows.dtype)
+    for row in range(len(rows)):
+        if numbers[row] >= 0:
+            used[numbers[row]] = rows[row]
+    then = np.empty(len(which), np.int32)
+    for place in range(len(which)):
+        then[place] = numbers[which[place]]
+    return used, then
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:

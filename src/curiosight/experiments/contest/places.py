@@ -70,7 +70,8 @@ def mean_in_order(left: Sequence[Left]) -> Floats:
     Runs learn places in orders of their own: row i is of the i-th place that each of them left.
     """
     n = min(len(one.qualities) for one in left) - 1
-    return np.mean([one.qualities[[*range(n), -1], :n] for one in left], axis=0)
+    mean: Floats = np.mean([one.qualities[[*range(n), -1], :n] for one in left], axis=0)
+    return mean
 
 
 def _errors_after(run: RunRecord, look: int) -> Floats:
