@@ -336,7 +336,8 @@ def test_damage_is_told(
         return refusal(capsys, "watch", "--resume", out, "--quiet")
 
     middle = len(journal) // 2
-    found = damaged(JOURNAL, journal[:middle] + b"\0\0\0\0" + journal[middle + 4 :])
+    other = bytes(255 - one for one in journal[middle : middle + 4])
+    found = damaged(JOURNAL, journal[:middle] + other + journal[middle + 4 :])
     assert f"{out / JOURNAL}: is damaged behind its record 3, and more follow" in found
     assert "journal.bin: is damaged, or no journal of ours" in damaged(JOURNAL, b"no" + journal)
     for seconds in (b"-1", b"true", b"NaN", b'"x"'):
