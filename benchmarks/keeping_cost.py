@@ -30,7 +30,7 @@ from typing import Any, Self
 import numpy as np
 
 from curiosight import __version__
-from curiosight.cli.learn import FIT_S, FIT_SHARE
+from curiosight.cli.learn import FIT_S, FIT_SHARE, STATE_S, STATE_SHARE
 from curiosight.config import Config, load_config
 from curiosight.datasets import Dataset
 from curiosight.experiments.command_file import GivenCommand, GivenWatch
@@ -121,11 +121,14 @@ def explore(side: Side, config: Config, dataset: Dataset, source: str) -> Iterat
 def learn(side: Side, config: Config, dataset: Dataset, source: str) -> Iterator[object]:
     """Learn as the command does."""
     off_line = OffLine(config, dataset, version=__version__)
-    keeping = side.keeping(expected_s=FIT_S, max_share=FIT_SHARE)
+    keeping = side.keeping(expected_s=STATE_S, max_share=STATE_SHARE)
+    saving = side.keeping(expected_s=FIT_S, max_share=FIT_SHARE)
     for frame in off_line:
         if keeping.is_due():
             with keeping.writing():
                 off_line.keep(side.out.file(STATE))
+        if saving.is_due():
+            with saving.writing():
                 off_line.so_far().save(side.out.file(MODEL), is_packed=False)
         yield frame
 
