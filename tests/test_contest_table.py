@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from curiosight.experiments.contest.prepared import Phase
 from curiosight.experiments.contest.runs import RunRecord
 from curiosight.experiments.contest.series import band_of
 from curiosight.experiments.contest.settings import folder_name
@@ -134,9 +135,9 @@ def test_folder_names_differ_and_are_plain() -> None:
 def test_looks_until_the_changed_rooms_are_known_again(
     changed: list[int] | None, expected: int
 ) -> None:
-    def phase(first_look: int) -> SimpleNamespace:
+    def phase(first_look: int) -> Phase:
         views = [SimpleNamespace(salient=np.array([n])) for n in (1, 0, 1)]  # the second has no F1
-        return SimpleNamespace(first_look=first_look, tests=views, test_places=[0, 0, 1])
+        return Phase(first_look, None, views, [0, 0, 1], {})  # type: ignore[arg-type]
 
     prepared = SimpleNamespace(phases=[phase(0), phase(2)], meta={"changed": changed})
     errors = {1: [0.9, 0.9], 2: [0.3, 0.3], 3: [0.3, 0.9], 4: [0.1, 0.5], 5: [0.3, 0.34]}

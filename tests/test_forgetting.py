@@ -8,8 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command import succeed
+from command import call, interrupt_at, succeed, without_times
+from curiosight.experiments import forgetting
 from curiosight.experiments.forgetting import N_LOOKS, Forgetting, by_place
+from curiosight.learner.learner import SaliencyLearner
+from curiosight.rooms.home import views
 from recordings import write_folder
 
 Capsys = pytest.CaptureFixture[str]
@@ -81,3 +84,38 @@ def test_the_report_of_a_recording_of_two_places_tells_it(tmp_path: Path, capsys
     succeed(capsys, *told, "--out", tmp_path / "other")
     assert json.loads((tmp_path / "other" / "summary.json").read_text())["forgetting"] is None
     assert "after place 0" not in (tmp_path / "other" / "report.html").read_text()
+
+
+HOME = "home:7,rooms=2,views=4"
+
+
+def test_learn_tells_it_of_a_home_also_when_it_went_on(
+    tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(forgetting, "N_LOOKS", 3)
+    monkeypatch.setattr(views, "N_TEST_VIEWS", 3)
+    succeed(capsys, "learn", HOME, "--out", tmp_path / "whole")
+    summary = json.loads((tmp_path / "whole" / "summary.json").read_text())
+    left = summary["forgetting"]
+    assert (left["after"], left["tested_on"]) == ([0], [0, 1])
+    first, last = np.array(left["qualities"])
+    assert first[1] < last[1]  # before it had seen the second room, and after
+    assert left["backward_transfer"] == pytest.approx(last[0] - first[0], abs=2e-6)
+    with pytest.MonkeyPatch.context() as patch:
+        interrupt_at(patch, SaliencyLearner, "visit", turn=6)
+        call(capsys, "learn", HOME, "--out", tmp_path / "run")
+    assert (tmp_path / "run" / "state.npz").is_file()
+    succeed(capsys, "learn", "--resume", tmp_path / "run")
+    assert without_times(tmp_path / "run") == without_times(tmp_path / "whole")
+
+
+def test_learn_has_no_tests_of_a_recording_nor_of_one_room(tmp_path: Path, capsys: Capsys) -> None:
+    source = tmp_path / "source"
+    write_folder(source, 24)
+    ids = sorted(path.stem for path in (source / "rgb").iterdir())
+    lines = [f"{id} {int(number >= 12)}\n" for number, id in enumerate(ids)]
+    (source / "places.txt").write_text("".join(lines))
+    for number, given in enumerate((source, "room:7,views=3")):
+        succeed(capsys, "learn", given, "--out", tmp_path / f"{number}")
+        summary = json.loads((tmp_path / f"{number}" / "summary.json").read_text())
+        assert summary["forgetting"] is None

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from curiosight.errors import DataError
+from curiosight.experiments import journal as journal_module
 from curiosight.experiments.journal import (
     _HEAD,
     _MARK,
@@ -58,6 +59,46 @@ def test_records_come_back_in_their_order(tmp_path: Path) -> None:
     assert third[1].shape == ()
 
 
+@pytest.mark.parametrize(
+    ("array", "n_bytes"),
+    [
+        (np.array([0, 255, 3]), 3),
+        (np.array([-1, 127], np.int64), 2),
+        (np.array([-1, 200], np.int64), 4),
+        (np.array([[0, 70_000]], np.uint64), 8),
+        (np.array([-1, 2**62]), 16),
+        (np.array([2**64 - 1, 0], np.uint64), 16),
+        (np.array([5, 6], ">i4"), 2),
+        (np.array([7], np.uint8), 1),
+        (np.asfortranarray(np.arange(6).reshape(2, 3)), 6),
+        (np.arange(17).reshape(17, 1) % 3 == 0, 3),
+        (np.zeros((0, 4), np.bool_), 0),
+        (np.zeros((3, 0), np.int64), 0),
+        (np.array([0.1, np.nan], np.float64), 16),
+        (np.arange(65_535, dtype=np.float32) * np.float32(0.001), 2 * 65_535),
+        (np.array([np.nan, 1234, 0], np.float32) * np.float32(0.001), 6),
+        (np.array([1.2345, np.nan], np.float32), 8),
+        (np.array([-0.0, 1], np.float32), 8),
+        (np.array([65.535, np.inf], np.float32), 8),
+        (np.array([0x7FC00001], np.uint32).view(np.float32), 4),
+    ],
+)
+def test_arrays_come_back_exactly_from_the_fewest_bytes(
+    array: np.ndarray, n_bytes: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(journal_module, "LEAST_BYTES", 1)
+    journal = Journal(tmp_path / "j")
+    journal.begin_anew()
+    journal.add(array)
+    journal.close()
+    (back,) = read_journal(tmp_path / "j").records
+    assert (back.dtype, back.shape) == (array.dtype, array.shape)
+    assert back.flags.f_contiguous == array.flags.f_contiguous
+    assert back.tobytes() == array.tobytes()
+    _, _, n_arrays, _ = _HEAD.unpack_from((tmp_path / "j").read_bytes(), len(MAGIC))
+    assert n_arrays == n_bytes
+
+
 def test_cut_anywhere_it_is_read_to_its_last_whole_record(tmp_path: Path) -> None:
     content, path = write(tmp_path / "j"), tmp_path / "cut"
     ends = [len(MAGIC)]
@@ -97,6 +138,9 @@ def test_what_is_no_journal_is_refused(tmp_path: Path) -> None:
         path.write_bytes(content)
         with pytest.raises(DataError, match="is damaged, or no journal of ours"):
             read_journal(path)
+    path.write_bytes(MAGIC.replace(b"2", b"1") + bytes(100))
+    with pytest.raises(DataError, match="version 1, or damaged; this program reads 2"):
+        read_journal(path)
     text = json.dumps([["object", "os:_Environ", None], []]).encode()
     path.write_bytes(MAGIC + _HEAD.pack(_MARK, len(text), 0, zlib.crc32(text)) + text)
     with pytest.raises(DataError, match="holds no usable record"):

@@ -13,7 +13,7 @@ from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher import Survey, Teacher, TemporalTeacher
 from curiosight.teacher.cloud.tracking import UpTracker
 from curiosight.teacher.memory.temporal import Remembered
-from curiosight.teacher.memory.votes import FREE, REJECTED, VoxelVotes
+from curiosight.teacher.memory.votes import FREE, ORIGIN, REJECTED, VoxelVotes
 from room import ROOM, Box, look, render
 from scenes import CAMERA, WALL, as_frame, see
 
@@ -238,6 +238,30 @@ def test_memory_that_is_told_what_another_noted_is_the_same() -> None:
         assert np.array_equal(value, other), name
     seeing.segment(Frame("bad", frame.rgb, None, None, frame.T_world_camera, problem="no depth"))
     assert seeing.noted is None
+
+
+def test_votes_cast_again_leave_the_same_table() -> None:
+    """Voxels in any order, met again and again, near and far, also on the other side of 0."""
+    rng = np.random.default_rng(7)
+    seeing, told = (VoxelVotes(capacity=64, max_voxels=3000) for _ in range(2))
+    codes = np.array([Label.SALIENT, Label.NOT_SALIENT, REJECTED, Label.UNKNOWN], np.uint8)
+    for width in (3, 40, 300, 70_000, 3, 40, 300):
+        cells = ORIGIN + rng.integers(-width, width, (900, 3))
+        voxels = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
+        voxels = np.repeat(voxels, rng.integers(1, 4, 900))
+        voxels[rng.random(len(voxels)) < 0.1] = FREE
+        note = seeing.add_and_note(voxels, rng.choice(codes, len(voxels)))
+        told.add_again(note)
+        assert len(note.far) == len(note.codes) if width > 300 else len(note.far) > 0
+        for name, value in vars(seeing).items():
+            other = getattr(told, name)
+            if name == "_salient":
+                value, other = value[: seeing._n_salient], other[: told._n_salient]
+            assert np.array_equal(value, other), name
+    nothing = seeing.add_and_note(np.full(9, FREE), np.full(9, REJECTED))
+    assert len(nothing.codes) == len(nothing.far) == 0
+    told.add_again(nothing)
+    assert (seeing._n_views, len(seeing)) == (told._n_views, len(told))
 
 
 def test_way_up_of_frames_without_pose_is_told_too() -> None:

@@ -6,6 +6,7 @@ import json
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,14 @@ from command import Outcome, call, files, refusal, succeed
 from curiosight.experiments import camera_start
 from curiosight.experiments.journal import JOURNAL, read_journal
 from curiosight.experiments.keeping import Keeping
+from curiosight.experiments.watched import Watched
 from curiosight.experiments.watching import Watching
 from curiosight.learner.archive import read_archive
+from curiosight.learner.drift import Alarm, Event
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.model_file import KIND
 from curiosight.robot.cameras import opening
-from curiosight.robot.watch import Watch
+from curiosight.robot.watch import N_EVENTS, Watch
 from curiosight.teacher import TemporalTeacher
 from drawn_cameras import DrawnCamera, at_its_end
 from kills import Killer, killer
@@ -140,6 +143,51 @@ def test_kill_at_any_moment_loses_one_frame_at_most(
     assert n_killed >= 2
 
 
+def test_what_changed_before_a_kill_is_told_after_it(
+    room: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+    at_start: dict[str, Any],
+) -> None:
+    """From the state, and from the journal behind it; no more than the last ones."""
+    out, known = tmp_path / "out", {}
+    alarm = Alarm(-1, "tint", 0.1, 0.4, 7)
+
+    def observe(learner: SaliencyLearner, *arguments: Any) -> Any:
+        """As if each look showed that its place is another."""
+        observation = OBSERVE(learner, *arguments)
+        return replace(observation, change=observation.change._replace(alarm=alarm))
+
+    def note(watching: Watching) -> None:
+        known["events"] = watching.watch.events
+        known["record"] = read_journal(out / JOURNAL).records[-1]
+
+    monkeypatch.setattr(SaliencyLearner, "observe", observe)
+    with monkeypatch.context() as patch:
+        patch.setattr(Watching, "run", RUN)
+        killed_at(10, out, monkeypatch, room, "--learn", then=note)
+    events = [Event(look, event.id, alarm) for look, event in enumerate(known["events"])]
+    assert list(known["events"]) == events
+    assert len(events) == 11
+    succeed(capsys, "watch", "--resume", out)
+    watching: Watching = at_start["watching"]
+    assert list(watching.watch.events)[:11] == events
+    told = json.loads((out / "summary.json").read_text())["alarms"]
+    assert told[:11] == [event.summary() for event in events]
+    assert watching.shown.state()["alarms"] == told
+    so_far = Watched()
+    for number in range(N_EVENTS + 5):
+        record = replace(known["record"], number=number, alarm=alarm if number % 2 else None)
+        so_far.add(record, comes_again=True, is_learning=True)
+        assert len(so_far.events) == min((number + 1) // 2, N_EVENTS)
+    assert known["record"].alarm == alarm
+    for number in range(2 * N_EVENTS):
+        record = replace(known["record"], number=number)
+        so_far.add(record, comes_again=True, is_learning=True)
+    assert [event.look for event in so_far.events] == list(range(N_EVENTS, 2 * N_EVENTS))
+
+
 def check_readable(out: Path) -> None:
     for name in ("command.json", "summary.json"):
         if (out / name).exists():
@@ -199,7 +247,7 @@ def test_all_that_a_watch_had_come_to_goes_on(
     assert files(out) == KEPT | {"model.npz"}
 
 
-RUN = Watching.run
+RUN, OBSERVE = Watching.run, SaliencyLearner.observe
 
 
 def test_teacher_remembers_each_frame_once(
@@ -288,7 +336,8 @@ def test_damage_is_told(
         return refusal(capsys, "watch", "--resume", out, "--quiet")
 
     middle = len(journal) // 2
-    found = damaged(JOURNAL, journal[:middle] + b"\0\0\0\0" + journal[middle + 4 :])
+    other = bytes(255 - one for one in journal[middle : middle + 4])
+    found = damaged(JOURNAL, journal[:middle] + other + journal[middle + 4 :])
     assert f"{out / JOURNAL}: is damaged behind its record 3, and more follow" in found
     assert "journal.bin: is damaged, or no journal of ours" in damaged(JOURNAL, b"no" + journal)
     for seconds in (b"-1", b"true", b"NaN", b'"x"'):

@@ -15,6 +15,7 @@ from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
     tell_alarms,
+    tell_forgetting,
     tell_lessons,
     tell_places,
     tell_samples,
@@ -292,8 +293,7 @@ def _rows(summary: dict[str, Any], times: dict[str, Any], folder: OutputFolder) 
         "samples": tell_samples(summary["samples"], summary["places"]),
         **tell_places(summary["places"]),
     }
-    if (left := summary["forgetting"]) is not None:
-        rows["forgetting (F1)"] = left["forgetting"]
+    rows |= tell_forgetting(summary["forgetting"])
     if summary["n_alarms"]:
         rows["places that changed"] = tell_alarms(summary["alarms"], summary["n_alarms"])
     if summary["metres"] or summary["degrees"]:  # neither is known without poses

@@ -13,6 +13,7 @@ from curiosight.cli import options
 from curiosight.cli.interrupt import CtrlC
 from curiosight.cli.lessons import (
     LEARNED_NOTHING_STATUS,
+    tell_forgetting,
     tell_lessons,
     tell_places,
     tell_samples,
@@ -38,9 +39,10 @@ from curiosight.experiments.snapshot import STATE
 from curiosight.viewing.live import announce_compilation
 from curiosight.worlds.sources import open_source
 
-# Of `Keeping`: all trees grow each time, the longer the more frames there are, so 1 % is asked for
-# where 2 % of the time is the most.
-FIT_S, FIT_SHARE = 0.15, 0.01
+# Of `Keeping`, 2 % of the time being the most for both. What it takes to go on is soon written; for
+# the model all trees grow each time. Either takes the longer the more frames there are.
+STATE_S, STATE_SHARE = 0.1, 0.005
+FIT_S, FIT_SHARE = 0.6, 0.01
 
 
 @reads_source
@@ -68,6 +70,8 @@ def learn(
     of all of them, or of those of each place, a uniformly random choice that fits the buffer
     (forest.max_samples) is kept.
     Frames with poses are looked at twice, the second time by what all of them have told.
+    Of a home summary.json tells what is left of each room when the others have been learned, by
+    models of the frames up to there.
     Writes config.toml, model.npz and summary.json. Ctrl-C, or a signal to end (SIGTERM, SIGHUP),
     ends it early: the model then knows the frames up to there. So does the model.npz that is
     written now and then meanwhile; summary.json comes only at the end. After a kill, --resume RUN
@@ -113,12 +117,13 @@ def _learn(
     """Learn from the beginning or from where it was ended, and tell of it."""
     dataset = open_source(given.source, reading=settings.reading)
     with announce_compilation(talk.console):
-        keeping = Keeping(expected_s=FIT_S, max_share=FIT_SHARE)
-        off_line = OffLine(settings, dataset, version=__version__)
+        keeping = Keeping(expected_s=STATE_S, max_share=STATE_SHARE)
+        saving = Keeping(expected_s=FIT_S, max_share=FIT_SHARE)
+        off_line = OffLine(settings, dataset, version=__version__, is_tested=True)
         _begin(off_line, given, folder, is_new=is_new)
         talk.introduce(Path(given.source), dataset)
         with CtrlC() as ctrl_c:
-            _follow(talk, off_line, ctrl_c, keeping, folder)
+            _follow(talk, off_line, ctrl_c, (keeping, saving), folder)
             if off_line.n_done < off_line.n_looks:
                 off_line.keep(folder.file(STATE))
             learner = off_line.fit()
@@ -153,9 +158,17 @@ def _begin(off_line: OffLine, given: GivenCommand, folder: OutputFolder, *, is_n
 
 
 def _follow(
-    talk: Talk, off_line: OffLine, ctrl_c: CtrlC, keeping: Keeping, folder: OutputFolder
+    talk: Talk,
+    off_line: OffLine,
+    ctrl_c: CtrlC,
+    when: tuple[Keeping, Keeping],
+    folder: OutputFolder,
 ) -> None:
-    """Look at all frames, or at those up to a signal; write now and then what is known."""
+    """Look at all frames, or at those up to a signal; write now and then what is known.
+
+    when: to write what it takes to go on, and the model.
+    """
+    keeping, saving = when
     if off_line.n_done:
         talk.note(f"goes on after {count(off_line.n_done, 'look')}")
     with talk.following("learn", off_line.n_looks) as shown:
@@ -166,6 +179,8 @@ def _follow(
             if keeping.is_due():  # the end would say if it fails
                 with keeping.writing(), suppress(DataError):
                     off_line.keep(folder.file(STATE))
+            if saving.is_due():
+                with saving.writing(), suppress(DataError):
                     off_line.so_far().save(folder.file(MODEL), is_packed=False)
 
 
@@ -176,5 +191,6 @@ def _rows(summary: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
         "frames": summary["frames"],
         "samples": tell_samples(summary["samples_kept"], places, drawn),
         **tell_places(places),
+        **tell_forgetting(summary["forgetting"]),
         "written to": folder.path,
     }

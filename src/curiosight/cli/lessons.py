@@ -28,6 +28,17 @@ def tell_places(views: Sequence[int]) -> dict[str, str]:
     return {"places": f"{len(views)}, of {', '.join(map(str, views))} views"}
 
 
+def tell_forgetting(left: dict[str, Any] | None) -> dict[str, float]:
+    """Return the rows of a result that say what is left of places, see `Forgetting.summary`."""
+    if left is None:
+        return {}
+    return {
+        "average of places (F1)": left["average_quality"],
+        "backward transfer (F1)": left["backward_transfer"],
+        "forgetting (F1)": left["forgetting"],
+    }
+
+
 def tell_alarms(alarms: Sequence[dict[str, Any]], n_alarms: int | None = None) -> str:
     """Say how often a place was no longer what had been learned of it, and the last reason.
 

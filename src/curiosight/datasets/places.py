@@ -19,8 +19,8 @@ def known_places(dataset: Dataset) -> tuple[int, ...] | None:
     """
     if isinstance(dataset, KnowsPlaces):
         return tuple(dataset.place(index) for index in range(len(dataset)))
-    path = Path(getattr(dataset, "path", "")) / PLACES
-    if not path.is_file():
+    folder = getattr(dataset, "path", None)
+    if folder is None or not (path := Path(folder) / PLACES).is_file():
         return None
     place_of: dict[str, int] = {}
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,13 @@ from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import make_teacher
 from curiosight.experiments.problems import Problems
-from curiosight.experiments.truth import Truth, find_truth, find_truth_of_all, split_frames
-from curiosight.frame import Frame
-from curiosight.learner.description import Labels
+from curiosight.experiments.truth import (
+    Truth,
+    find_truth,
+    find_truth_of_all,
+    noting_ids,
+    split_frames,
+)
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.observation import Teaches
 from curiosight.rooms.drawn_views import DrawnViews
@@ -94,7 +98,7 @@ class ExplorationTests:
         self.truth = truth
         self.problems = Problems()
         ids: list[str] = []
-        labelled = _noting(truth.labelled_frames(self.problems), ids)
+        labelled = noting_ids(truth.labelled_frames(self.problems), ids)
         self.held_out = HeldOut(self._learner, describe_tests(self._learner, labelled))
         known = known_places(truth.dataset) if truth.indices else None
         self.places = None
@@ -110,12 +114,3 @@ class ExplorationTests:
             lambda: make_teacher(self._config, test_source),
             max_frames=self._config.test.max_frames,
         )
-
-
-def _noting(
-    labelled: Iterator[tuple[Frame, Labels]], ids: list[str]
-) -> Iterator[tuple[Frame, Labels]]:
-    """Yield labelled frames, and note their ids."""
-    for frame, labels in labelled:
-        ids.append(frame.id)
-        yield frame, labels

@@ -17,16 +17,26 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError
+from curiosight.errors.compiling import njit
 from curiosight.errors.files import replace_file, writing
 from curiosight.errors.inputs import check_file
 from curiosight.experiments.state_graph import GraphReader, GraphWriter
 from curiosight.learner.archive import DAMAGE, MAX_FILE_BYTES
 
 JOURNAL = "journal.bin"  # of a run's folder
-MAGIC = b"curiosight journal 1\n"
+KIND, VERSION = b"curiosight journal ", 2
+MAGIC = KIND + b"%d\n" % VERSION
 # Of each record: a mark, the bytes of its JSON and of its arrays, the CRC-32 of all that follows.
 _MARK = b"\xc5rec"
+_ENCODER = json.JSONEncoder(separators=(",", ":"), check_circular=False)
 _HEAD = struct.Struct("<4sIII")
+# What takes less is not made smaller.
+LEAST_BYTES = 64
+# How truth values are written: eight a byte. How depth is, where a sensor told whole millimetres.
+BITS, MILLIMETRES = "bits", "mm"
+_NO_READING, _METRES = 2**16 - 1, np.float32(0.001)
+_NAN_BITS, _MINUS_BITS = (int(np.float32(one).view(np.uint32)) for one in (np.nan, -0.0))
+Array = npt.NDArray[Any]
 # A power cut costs no more than what was written since.
 SYNC_S = 2.0
 REMEDY = "put the file back as it was, or begin anew with --from RUN"
@@ -117,7 +127,7 @@ def read_journal(path: Path) -> Read:
         told = f"cannot be read ({error.strerror or error})"
         raise DataError(path, told, "check its rights") from error
     if not content.startswith(MAGIC):
-        raise DataError(path, "is damaged, or no journal of ours", REMEDY)
+        raise _other(path, content)
     records, end = [], len(MAGIC)
     while (found := _payload_at(content, end)) is not None:
         payload, end = found
@@ -129,6 +139,16 @@ def read_journal(path: Path) -> Read:
         damage = f"is damaged behind its record {len(records)}, and more follow"
         raise DataError(path, damage, REMEDY)
     return Read(records, len(content) - end)
+
+
+def _other(path: Path, content: bytes) -> DataError:
+    """Return what to raise for a file that does not begin as a journal of this version."""
+    version, end, _ = content[len(KIND) : len(KIND) + 8].partition(b"\n")
+    if content.startswith(KIND) and end and version.isdigit():
+        found = f"is a journal of version {int(version)}, or damaged; this program reads {VERSION}"
+        remedy = "go on with the program that wrote it, or begin anew with --from RUN"
+        return DataError(path, found, remedy)
+    return DataError(path, "is damaged, or no journal of ours", REMEDY)
 
 
 def _payload_at(content: bytes, start: int) -> tuple[tuple[bytes, memoryview], int] | None:
@@ -155,35 +175,105 @@ def _whole_behind(content: bytes, start: int) -> Iterator[int]:
         found = content.find(_MARK, found + 1)
 
 
-def encoded(record: object) -> bytes:
+def encoded(record: object) -> bytearray:
     """Return a record as it stands in a journal; ValueError for what cannot be kept."""
     writer = GraphWriter({})
     node = writer.node(record)
     arrays = [*map(_laid_out, writer.arrays.values())]
-    said = [(one.dtype.str, shape, order) for one, shape, order in arrays]
-    text = json.dumps([node, said], separators=(",", ":")).encode()
-    checksum = zlib.crc32(text)
-    for one, _, _ in arrays:
-        checksum = zlib.crc32(one.data, checksum)
-    n_bytes = sum(one.nbytes for one, _, _ in arrays)
-    head = _HEAD.pack(_MARK, len(text), n_bytes, checksum)
-    return b"".join([head, text, *(one.data for one, _, _ in arrays)])
+    text = _ENCODER.encode([node, [one[1:] for one in arrays]]).encode()
+    parts: list[bytes | memoryview] = [bytes(_HEAD.size), text]
+    content = bytearray().join([*parts, *(one.stored.data for one in arrays)])
+    n_arrays = len(content) - _HEAD.size - len(text)
+    checksum = zlib.crc32(memoryview(content)[_HEAD.size :])
+    _HEAD.pack_into(content, 0, _MARK, len(text), n_arrays, checksum)
+    return content
 
 
-def _laid_out(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], tuple[int, ...], str]:
-    """Return an array's elements in the order of memory, its shape, and how it is laid out."""
-    is_fortran = array.flags.f_contiguous and not array.flags.c_contiguous
-    flat = np.ascontiguousarray(array.T if is_fortran else array).ravel()
-    return flat, array.shape, "F" if is_fortran else "C"
+class _Laid(NamedTuple):
+    """An array as it is written: in the order of memory, in as few bytes as tell it exactly.
+
+    stored: (n,) elements, or of truth values the bits. As what and as what else it is said:
+    stored_as: their type, or `BITS`, or `MILLIMETRES`. name, shape, order: of the array.
+    """
+
+    stored: npt.NDArray[Any]
+    stored_as: str
+    name: str
+    shape: tuple[int, ...]
+    order: str
+
+
+def _laid_out(array: npt.NDArray[Any]) -> _Laid:
+    flags = array.flags
+    is_fortran = flags.f_contiguous and not flags.c_contiguous
+    flat = (array.T if is_fortran else array).reshape(-1)
+    name = array.dtype.str
+    said = name, array.shape, "F" if is_fortran else "C"
+    if flat.nbytes <= LEAST_BYTES:
+        return _Laid(flat, name, *said)
+    if flat.dtype == np.bool_:
+        return _Laid(np.packbits(flat), BITS, *said)
+    if flat.dtype.kind in "iu" and flat.itemsize > 1:
+        flat = _narrowed(flat)
+    if flat.dtype == np.float32 and (millimetres := _in_millimetres(flat)) is not None:
+        return _Laid(millimetres, MILLIMETRES, *said)
+    return _Laid(flat, flat.dtype.str, *said)
+
+
+def _narrowed(whole: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return whole numbers in the smallest type that holds them all."""
+    low, high = int(whole.min()), int(whole.max())
+    least = np.min_scalar_type(high if low >= 0 else min(low, -1 - high))
+    return whole.astype(least) if least.itemsize < whole.itemsize else whole
+
+
+def _in_millimetres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16] | None:
+    """Return (n,) metres as whole millimetres; None where these would not tell them to the bit."""
+    whole = np.empty(len(metres), np.uint16)
+    return whole if _find_millimetres(metres, metres.view(np.uint32), whole) else None
+
+
+@njit(cache=True, nogil=True)
+def _find_millimetres(metres: Array, bits: Array, whole: Array) -> bool:
+    """Set (n,) whole millimetres, and tell whether they are the metres to the bit.
+
+    bits: of the metres.
+    """
+    for place in range(len(metres)):
+        if bits[place] == _NAN_BITS:
+            whole[place] = _NO_READING
+            continue
+        found = np.rint(metres[place] * np.float32(1000))
+        # Nothing is written as -0.
+        if not 0 <= found < _NO_READING or np.float32(found) * _METRES != metres[place]:
+            return False
+        if bits[place] == _MINUS_BITS:
+            return False
+        whole[place] = np.uint16(found)
+    return True
+
+
+def _in_metres(millimetres: npt.NDArray[np.uint16]) -> npt.NDArray[np.float32]:
+    metres = millimetres.astype(np.float32) * _METRES
+    metres[millimetres == _NO_READING] = np.nan
+    return metres
 
 
 def _decoded(text: bytes, content: memoryview) -> Any:
     node, said = json.loads(text)
     arrays, start = {}, 0
-    for number, (name, shape, order) in enumerate(said):
-        dtype = np.dtype(name)
+    for number, (stored_as, name, shape, order) in enumerate(said):
         n = int(np.prod(shape, dtype=np.int64))
-        flat = np.frombuffer(content, dtype, n, start).copy()
-        arrays[f"{number:06d}"] = flat.reshape(shape, order=order)
-        start += flat.nbytes
+        stored: Array
+        if stored_as == BITS:
+            stored = np.frombuffer(content, np.uint8, -(-n // 8), start)
+            flat: Array = np.unpackbits(stored, count=n)
+        elif stored_as == MILLIMETRES:
+            stored = np.frombuffer(content, np.uint16, n, start)
+            flat = _in_metres(stored)
+        else:
+            stored = flat = np.frombuffer(content, np.dtype(stored_as), n, start)
+        # A copy, for it is read-only.
+        arrays[f"{number:06d}"] = flat.astype(np.dtype(name)).reshape(shape, order=order)
+        start += stored.nbytes
     return GraphReader(arrays, {}).made(node)

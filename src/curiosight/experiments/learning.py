@@ -16,6 +16,8 @@ from curiosight.experiments.components import (
     place,
     survey_dataset,
 )
+from curiosight.experiments.forgetting import Forgetting
+from curiosight.experiments.place_tests import PlaceTests
 from curiosight.experiments.problems import Lessons, Problems
 from curiosight.experiments.snapshot import Snapshot
 from curiosight.frame import Frame
@@ -40,6 +42,7 @@ class OffLine:
     later ones may have told.
 
     version: of curiosight, for the state that `keep` writes.
+    is_tested: note how well places are known when the first look has left one; see `PlaceTests`.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class OffLine:
         *,
         teacher: Teaches | None = None,
         version: str = "",
+        is_tested: bool = False,
     ) -> None:
         self.config = config
         self.dataset = dataset
@@ -61,6 +65,8 @@ class OffLine:
         self._lessons: dict[int, Lesson] = {}
         self.n_done = 0
         self._snapshot = Snapshot(version, dataset.ids, {})
+        self._tests = PlaceTests(config, dataset) if is_tested else None
+        self._left = Forgetting()
 
     @cached_property
     def survey(self) -> Survey:
@@ -88,6 +94,7 @@ class OffLine:
         for frame, segmentation in self._look(self.n_done):
             self.problems.add_told(frame, segmentation)
             self.lessons.add(frame, segmentation)
+            self._note_place()
             yield frame
         if teacher := self._remembering:
             teacher.is_remembering = False
@@ -107,6 +114,22 @@ class OffLine:
                 self.n_done += 1
                 yield frame, segmentation
 
+    def _note_place(self) -> None:
+        """Keep how well a model of the frames so far knows all places once it has left one."""
+        if self._tests is None or (place_of_frame := self._tests.place_of_frame) is None:
+            return
+        left = self._left.here
+        if self._left.is_left(place_of_frame[self.n_done - 1]) and left is not None:
+            errors = self._tests.errors(self.so_far(most=None))
+            self._left.add(left, errors, self._tests.place_of_test)
+
+    def _forgetting(self) -> dict[str, Any] | None:
+        """Return what is left of each place; None where that cannot be told."""
+        if self._tests is None or not self._left.qualities:
+            return None
+        errors = self._tests.errors(self.learner)
+        return self._left.summary(errors, self._tests.place_of_test)
+
     def keep(self, path: Path) -> None:
         """Write all that it takes to go on in another process, see `go_on`."""
         teacher = self._remembering
@@ -115,6 +138,7 @@ class OffLine:
             "lessons": self._lessons,
             "problems": self.problems,
             "told": self.lessons,
+            "left": self._left,
             "learner": self.learner.learned(),
             "teacher": None if teacher is None else teacher.memory(),
         }
@@ -125,6 +149,7 @@ class OffLine:
         state = self._snapshot.read(path)
         self.n_done, self._lessons = state["n_done"], state["lessons"]
         self.problems, self.lessons = state["problems"], state["told"]
+        self._left = state["left"]
         self.learner.take_up(state["learner"])
         if (teacher := self._remembering) is not None:
             teacher.recall(state["teacher"])
@@ -138,15 +163,15 @@ class OffLine:
         self._fit(self.learner, list(self._lessons if indices is None else indices))
         return self.learner
 
-    def so_far(self) -> SaliencyLearner:
+    def so_far(self, most: int | None = SO_FAR) -> SaliencyLearner:
         """Return a model of its own of the frames so far; what `fit` will return stays the same.
 
-        It is what a kill leaves behind, and knows `SO_FAR` of the samples, drawn at random, so
-        that it takes some tenths of a second however long the recording is.
+        most: samples of all, drawn at random; None = as many as `fit` takes. By `SO_FAR` of them,
+        which a kill leaves behind, it takes some tenths of a second however long the recording is.
         """
         # The chance too is copied, and the forest is empty before the first fit: soon done.
         learner = make_learner(self.config, None)
-        self._fit(learner, list(self._lessons), most=SO_FAR)
+        self._fit(learner, list(self._lessons), most)
         return learner
 
     def _fit(self, learner: SaliencyLearner, used: list[int], most: int | None = None) -> None:
@@ -179,6 +204,7 @@ class OffLine:
             "samples_drawn": sum(len(lesson.rows) for lesson in self._lessons.values()),
             "samples_kept": self.learner.n_samples,
             "places": self.learner.experts.n_views(),
+            "forgetting": self._forgetting(),
             "problems": self.problems.counts(),
             "taught_nothing": self.lessons.summary(),
         }

@@ -9,6 +9,7 @@ written by a name.
 from __future__ import annotations
 
 import collections
+import dataclasses
 import functools
 import importlib
 import random
@@ -30,7 +31,7 @@ PACKAGES = tuple(
         *("robot.gauges", "robot.region_record"),
     )
 )
-PLAIN = (type(None), bool, int, float, str)
+PLAIN = frozenset({type(None), bool, int, float, str})
 SEQUENCES: Mapping[str, Callable[[list[Any]], Any]] = {
     "list": list,
     "tuple": tuple,
@@ -78,15 +79,19 @@ class GraphWriter:
         return self._new_node(one)
 
     def _new_node(self, one: Any) -> list[Any]:
-        kind = type(one)
+        kind: type = type(one)
+        # What there is most of, first: a watch writes a look's record each time.
+        if kind is np.ndarray:
+            return self._array_node(one)
+        if (names := _slots_of(kind)) is not None:
+            values = [getattr(one, name) for name in names]
+            return ["object", self._name_of(kind), self.node(values)]
         if kind.__name__ in SEQUENCES and kind is SEQUENCES[kind.__name__]:
             return [kind.__name__, self._nodes(one)]
         if MAPPINGS.get(kind.__name__) is kind:
             return [kind.__name__, self._nodes(one), self._nodes(one.values())]
         if kind is collections.deque:
             return ["deque", one.maxlen, self._nodes(one)]
-        if kind is np.ndarray:
-            return self._array_node(one)
         if isinstance(one, np.generic) and one.dtype.kind in "biuf":
             return ["scalar", one.dtype.str, one.item()]
         if isinstance(one, Enum):
@@ -111,7 +116,8 @@ class GraphWriter:
         return ["bytes", one.hex()] if kind is bytes else None
 
     def _nodes(self, many: Iterable[Any]) -> list[Any]:
-        return [self.node(one) for one in many]
+        # Most are plain: a call each would take longer than all else.
+        return [one if type(one) in PLAIN else self.node(one) for one in many]
 
     def _array_node(self, array: npt.NDArray[Any]) -> list[Any]:
         if array.dtype.hasobject:
@@ -136,6 +142,14 @@ def _checked_name(kind: type, own: tuple[str, ...]) -> str:
     if not is_plain or _found(name, own) is not kind:
         raise ValueError(f"an object of {name.replace(':', '.')} cannot be kept")
     return name
+
+
+@functools.cache
+def _slots_of(kind: type) -> tuple[str, ...] | None:
+    """Return the attributes that a frozen dataclass with slots tells as its state; else None."""
+    told = getattr(kind, "__getstate__", None)
+    is_usual = dataclasses.is_dataclass(kind) and getattr(told, "__module__", "") == "dataclasses"
+    return tuple(field.name for field in dataclasses.fields(kind)) if is_usual else None
 
 
 class GraphReader:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -117,6 +117,15 @@ def find_truth_of_all(
     has_truth = any(map(dataset.has_ground_truth, indices))
     teacher = None if has_truth else make_teacher()
     return find_truth(dataset, indices, teacher, max_frames=max_frames)
+
+
+def noting_ids(
+    labelled: Iterable[tuple[Frame, Labels]], ids: list[str]
+) -> Iterator[tuple[Frame, Labels]]:
+    """Yield labelled frames, and add their ids to a list."""
+    for frame, labels in labelled:
+        ids.append(frame.id)
+        yield frame, labels
 
 
 def spread(indices: Sequence[int], max_frames: int | None) -> tuple[int, ...]:

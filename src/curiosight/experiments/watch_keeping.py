@@ -194,7 +194,7 @@ class WatchKeeper:
                 self._parts.learner.learn_again(record.taught)
             if teacher is not None and record.noted is not None and record.verdict > n_taught:
                 teacher.remember_again(record.noted)
-            outcome, seconds = record.outcome, record.seconds
+            outcome, seconds = record.heard(), record.seconds
             self._advice.look_again(record.index, outcome, seconds, record.pinned)
             self._add(record)
         counts = self.so_far.counts

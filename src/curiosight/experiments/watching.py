@@ -38,7 +38,7 @@ from curiosight.robot.watch import Look, Watch
 from curiosight.rooms.drawn_views import DrawnViews
 
 # Of the time of all cores that it uses the state may take so much, and so may the model.
-SHARE = 0.005
+SHARE = 0.0025
 
 
 class Watching:
@@ -97,7 +97,7 @@ class Watching:
             advice=self.advice,
             on_look=self._note,
         )
-        self.watch.go_on(self.so_far.counts, self.so_far.ages)
+        self.watch.go_on(self.so_far.counts, self.so_far.ages, self.so_far.events)
         self.seconds = self.so_far.counts.seconds
         self.keeper.keep(self.watch)
         if not is_kept:

@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from curiosight.frame import Frame
+from curiosight.frame import Camera, Depth, Frame, Pose
 
 Array = npt.NDArray[Any]
 Again = Callable[[], float | None]
@@ -24,26 +24,66 @@ class Seen:
     """Surfaces that a view showed.
 
     points: (n, 3) float32 in the world's frame, metres. labels: (n,) uint8, a `Label` each.
+    readings: by which they were told; None = nobody knows.
     """
 
     points: npt.NDArray[np.float32]
     labels: npt.NDArray[np.uint8]
+    readings: Readings | None = None
 
     @classmethod
     def of(cls, frame: Frame, labels: npt.NDArray[np.uint8]) -> Self | None:
         """Return what a frame with (H, W) labels shows; None without a pose or depth."""
+        readings = Readings.of(frame, labels)
+        return None if readings is None else cls(readings.points(), readings.labels, readings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """By what a frame tells its `Seen`: a third of its size.
+
+    size: (H, W) of the frame. z: (n,) metres along the optical axis, of those readings of a grid of
+    `N_DOWN` by `N_ACROSS` that is_seen marks. labels: (n,), see `Seen`.
+    """
+
+    size: tuple[int, int]
+    is_seen: npt.NDArray[np.bool_]
+    z: Depth
+    labels: npt.NDArray[np.uint8]
+    camera: Camera
+    T_world_camera: Pose
+
+    @classmethod
+    def of(cls, frame: Frame, labels: npt.NDArray[np.uint8]) -> Self | None:
+        """Return those of a frame with (H, W) labels; None without a pose or depth."""
         pose, depth, camera = frame.T_world_camera, frame.depth, frame.camera
         if pose is None or depth is None or camera is None or frame.problem is not None:
             return None
         height, width = depth.shape
-        v = np.linspace(0, height - 1, N_DOWN).round().astype(np.int64)[:, None]
-        u = np.linspace(0, width - 1, N_ACROSS).round().astype(np.int64)[None, :]
-        z = depth[v, u].astype(np.float64)
-        x, y = (u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z
+        v, u = _grid(height, width)
+        z = depth[v, u]
         is_seen = (z > 0) & (z <= MAX_RANGE)
-        inside = np.stack([x[is_seen], y[is_seen], z[is_seen]], axis=1)
-        points = inside @ pose[:3, :3].T + pose[:3, 3]
-        return cls(points.astype(np.float32), labels[v, u][is_seen])
+        return cls((height, width), is_seen, z[is_seen], labels[v, u][is_seen], camera, pose)
+
+    def points(self) -> npt.NDArray[np.float32]:
+        """Return (n, 3), see `Seen`."""
+        down, across = np.nonzero(self.is_seen)
+        v, u = (axis.ravel() for axis in _grid(*self.size))
+        camera, pose, z = self.camera, self.T_world_camera, self.z.astype(np.float64)
+        x, y = (u[across] - camera.cx) / camera.fx * z, (v[down] - camera.cy) / camera.fy * z
+        points = np.stack([x, y, z], axis=1) @ pose[:3, :3].T + pose[:3, 3]
+        return np.asarray(points, np.float32)
+
+    def seen(self) -> Seen:
+        """Return what they show."""
+        return Seen(self.points(), self.labels, self)
+
+
+def _grid(height: int, width: int) -> tuple[Array, Array]:
+    """Return the lines (N_DOWN, 1) and columns (1, N_ACROSS) of an image where readings are."""
+    v = np.linspace(0, height - 1, N_DOWN).round().astype(np.int64)[:, None]
+    u = np.linspace(0, width - 1, N_ACROSS).round().astype(np.int64)[None, :]
+    return v, u
 
 
 class Labelled(Protocol):

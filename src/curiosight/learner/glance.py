@@ -23,13 +23,13 @@ DARKEST, BRIGHTEST = 8, 247
 class Glance:
     """What a posed frame with depth shows, on a coarse grid of its pixels.
 
-    depth: (h, w) float32 metres along z, NaN = no reading. colours: (h, w, 3) float32, see
-    `colours_of`. is_salient: (h, w) bool, as its teacher has it. pinhole: (4,) fx, fy, cx, cy in
-    pixels of the grid. T_world_camera: (4, 4).
+    depth: (h, w) float32 metres along z, NaN = no reading. rgb: (h, w, 3). is_salient: (h, w) bool,
+    as its teacher has it. pinhole: (4,) fx, fy, cx, cy in pixels of the grid. T_world_camera:
+    (4, 4).
     """
 
     depth: Depth
-    colours: npt.NDArray[np.float32]
+    rgb: Rgb
     is_salient: npt.NDArray[np.bool_]
     pinhole: Array
     T_world_camera: Pose
@@ -57,7 +57,12 @@ class Glance:
             np.empty((*size, 3), np.uint8),
         )
         _sample(depth, labels, np.uint8(Label.SALIENT), frame.rgb, *sampled)
-        return cls(sampled[0], colours_of(sampled[2]), sampled[1], pinhole, pose.astype(np.float64))
+        return cls(sampled[0], sampled[2], sampled[1], pinhole, np.asarray(pose, np.float64))
+
+    @property
+    def colours(self) -> npt.NDArray[np.float32]:
+        """(h, w, 3) float32, see `colours_of`."""
+        return colours_of(self.rgb)
 
 
 @njit(cache=True, nogil=True)

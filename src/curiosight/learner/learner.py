@@ -188,7 +188,7 @@ class SaliencyLearner:
         spot, drawn = self.experts.note(taught.sight), taught.drawn
         for chance, state in zip(self._chances(), drawn.chances, strict=True):
             chance.bit_generator.state = state
-        change = self.experts.update(drawn.rows, drawn.is_salient, spot, taught.error)
+        change = self.experts.update(drawn.samples(), drawn.is_salient, spot, taught.error)
         self._moment = object()
         return change
 
@@ -420,10 +420,10 @@ class SaliencyLearner:
 
         labels: (h, w), see `fit_labels`. spot, error: see `Experts.update`.
         """
-        rows, is_salient = self.sample(description, labels)
+        which, is_salient = self._draw(description, labels, self.n_pixels)
         chances = tuple(one.bit_generator.state for one in self._chances())
-        self._drawn = Drawn(rows, is_salient, chances)
-        change = self.experts.update(rows, is_salient, spot, error)
+        self._drawn = Drawn(description.rows, which, is_salient, chances)
+        change = self.experts.update(self._drawn.samples(), is_salient, spot, error)
         self._moment = object()
         return change
 
@@ -436,14 +436,21 @@ class SaliencyLearner:
 
         n_pixels: how many; None = as many as a frame teaches on-line.
         """
+        which, is_salient = self._draw(description, labels, n_pixels or self.n_pixels)
+        return description.rows[which], is_salient
+
+    def _draw(
+        self, description: Description, labels: Labels, n_pixels: int
+    ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.bool_]]:
+        """Draw labelled pixels; return the number (n,) of the row of each, see `sample`."""
         pixels, is_salient = draw_pixels(
             labels,
-            n_pixels or self.n_pixels,
+            n_pixels,
             self.rng,
             blind_share=self.blind_share,
             salient_share=self.salient_share,
         )
-        return description.rows[description.row_of_pixel.ravel()[pixels]], is_salient
+        return description.row_of_pixel.ravel()[pixels], is_salient
 
     def learned(self) -> dict[str, Any]:
         """Return all that learning changes, as it is, not copied: for `take_up`."""

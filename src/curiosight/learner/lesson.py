@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.errors.compiling import njit
 from curiosight.frame import Camera
 from curiosight.learner.description import Counts
 from curiosight.learner.features import Rows
 from curiosight.learner.sight import Sight
 
+Array = npt.NDArray[Any]
 Labels = npt.NDArray[np.bool_]
 
 
@@ -56,13 +58,25 @@ class Visit:
 class Drawn:
     """Samples as they were drawn of a look, and where chance stood then.
 
-    rows, is_salient: (n, F) and (n,), in the order drawn. chances: the states of the sources of
+    rows: (m, F) that they were drawn from. which, is_salient: (n,) the row of each, in the order
+    drawn. chances: the states of the sources of
     chance by which they are learned from; one, where forests share that of their learner.
     """
 
     rows: Rows
+    which: npt.NDArray[np.integer]
     is_salient: Labels
     chances: tuple[Mapping[str, Any], ...]
+
+    def samples(self) -> Rows:
+        """Return (n, F), a row each."""
+        samples: Rows = self.rows[self.which]
+        return samples
+
+    def without_rest(self) -> Drawn:
+        """Return the same without the rows that nothing was drawn from."""
+        rows, which = _only_used(self.rows, self.which)
+        return Drawn(rows, which, self.is_salient, self.chances)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +92,31 @@ class Taught:
     error: float | None
     camera: Camera | None
     calibration: Mapping[str, npt.NDArray[np.generic]] | None
+
+    def without_rest(self) -> Taught:
+        """Return the same, see `Drawn.without_rest`."""
+        return replace(self, drawn=self.drawn.without_rest())
+
+
+@njit(cache=True, nogil=True)
+def _only_used(rows: Array, which: Array) -> tuple[Array, Array]:
+    """Return the rows that (n,) numbers tell, each once, and these numbers then."""
+    numbers = np.full(len(rows), -1, np.int32)
+    for place in range(len(which)):
+        numbers[which[place]] = 0
+    n_used = 0
+    for row in range(len(rows)):
+        if numbers[row] == 0:
+            numbers[row] = n_used
+            n_used += 1
+    used = np.empty((n_used, rows.shape[1]), rows.dtype)
+    for row in range(len(rows)):
+        if numbers[row] >= 0:
+            used[numbers[row]] = rows[row]
+    then = np.empty(len(which), np.int32)
+    for place in range(len(which)):
+        then[place] = numbers[which[place]]
+    return used, then
 
 
 def join_lessons(lessons: Sequence[Lesson], n_features: int) -> tuple[Rows, Labels]:

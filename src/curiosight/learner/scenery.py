@@ -86,9 +86,10 @@ class Scenery:
             glance.depth, glance.pinhole, glance.T_world_camera, 1 / self.side, MAX_RANGE
         )
         self._make_room()
+        colours = glance.colours
         table, slots = (self._voxels, self._values), find_slots(self._voxels, seen)
         sums, counts, n_seen, n_known = compare_colours(
-            self._values, seen, slots, glance.colours, glance.is_salient, BLOCK
+            self._values, seen, slots, colours, glance.is_salient, BLOCK
         )
         light, tint, brighter, n_blocks = sum_up(sums, counts, BLOCK**2 / 4)
         is_known = n_blocks >= MIN_BLOCKS and n_known >= MIN_KNOWN * n_seen
@@ -111,7 +112,7 @@ class Scenery:
             self._n_views,
             seen,
             slots,
-            glance.colours,
+            colours,
             glance.is_salient,
             brighter,
         )

@@ -158,9 +158,10 @@ class Watch:
             self.n_taught,
         )
 
-    def go_on(self, before: Counts, ages: Ages) -> None:
+    def go_on(self, before: Counts, ages: Ages, events: tuple[Event, ...] = ()) -> None:
         """Count on from what another watch had come to; before `start`."""
         self._before, self.ages, self.n_taught = before, ages, before.taught
+        self.events = events
         for rate, n in zip(
             (self.maps, self.looks, self.lessons),
             (before.maps, before.looks, before.lessons),

@@ -26,6 +26,7 @@ from curiosight.learner.sight import Sight
 
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 META = "source.json"
 
@@ -192,7 +193,7 @@ class Phase:
     """A source as it is from some look on.
 
     first_look: number of that look. shown: its visits. tests: what is tested on.
-    test_places: (n,) number of the room of each test; truth, for scoring only.
+    test_places: (n,) number of the room of each test, -1 = not said; truth, for scoring only.
     offline: error and F1 of the off-line model, which learns one visit of every view at once.
     """
 
@@ -201,6 +202,11 @@ class Phase:
     tests: list[TestView]
     test_places: list[int]
     offline: dict[str, float]
+
+    def scored_places(self) -> Ints:
+        """Return the room of each test frame that has an F1."""
+        pairs = zip(self.tests, self.test_places, strict=True)
+        return np.array([place for view, place in pairs if view.salient.any()], np.int64)
 
 
 class Prepared:
@@ -220,6 +226,7 @@ class Prepared:
         self.ids: list[str] = self.meta["ids"]
         # Truth, for scoring only.
         self.places: list[int] = self.meta["places"]
+        self.knows_places: bool = self.meta.get("knows_places", False)
         self.metres: Floats = np.load(folder / "metres.npy", mmap_mode="r")
         self.degrees: Floats = np.load(folder / "degrees.npy", mmap_mode="r")
         poses = np.load(folder / "poses.npy")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from curiosight.config import Config
 from curiosight.datasets import Dataset
+from curiosight.datasets.places import known_places
 from curiosight.errors import DataError
 from curiosight.evaluation import HeldOut, describe_tests
 from curiosight.experiments.components import (
@@ -32,7 +33,7 @@ from curiosight.experiments.contest.prepared import (
 from curiosight.experiments.contest.whole import whole_folder
 from curiosight.experiments.dividing import own_region_table
 from curiosight.experiments.problems import Problems
-from curiosight.experiments.truth import find_truth, split_or_every_nth
+from curiosight.experiments.truth import find_truth, noting_ids, split_or_every_nth
 from curiosight.experiments.ways import ways_between
 from curiosight.explorer.outcome import Seen
 from curiosight.frame import Frame, Viewpoint
@@ -91,14 +92,15 @@ class Preparation:
         table = own_region_table(self._dataset)
         if table is not None:
             keep_tables(table, self._folder)
-        up = self._survey.up_world
+        up, ids = self._survey.up_world, [self._dataset.ids[index] for index in reachable]
         write_meta(
             self._folder,
             {
                 "source": self._source,
                 "visits": self._n_visits,
-                "ids": [self._dataset.ids[index] for index in reachable],
-                "places": self._places(self._dataset, reachable),
+                "ids": ids,
+                "places": self._places(self._dataset, ids),
+                "knows_places": known_places(self._dataset) is not None,
                 "unlearnable": self._unlearnable,
                 "changed": self._changed,
                 "up": None if up is None else np.asarray(up).tolist(),
@@ -151,7 +153,9 @@ class Preparation:
             dataset = self._drawn.own_test_views(is_after=number > 0)
             indices = range(len(dataset))
         truth = find_truth(dataset, indices, self._teacher, max_frames=self._config.test.max_frames)
-        tests = list(describe_tests(self._learner, truth.labelled_frames(Problems())))
+        ids: list[str] = []
+        labelled = noting_ids(truth.labelled_frames(Problems()), ids)
+        tests = list(describe_tests(self._learner, labelled))
         if not any(view.salient.any() for view in tests):
             found = "has no test frame with anything salient"
             raise DataError(Path(self._source), found, "compare strategies on another recording")
@@ -163,7 +167,7 @@ class Preparation:
         assert error is not None
         return {
             "first_look": first_look,
-            "test_places": self._places(dataset, truth.indices),
+            "test_places": self._places(dataset, ids),
             "offline": {"error": error, "f1": 1 - error},
         }
 
@@ -212,10 +216,11 @@ class Preparation:
         known = np.array([unknown if pose is None else pose for pose in poses])
         save_array(self._folder / "poses.npy", known)
 
-    def _places(self, dataset: Dataset, indices: Sequence[int]) -> list[int]:
-        """Return the true room of each frame, 0 where there is no such truth."""
-        place: Callable[[int], int] | None = getattr(dataset, "place", None)
-        return [0 if place is None else place(int(index)) for index in indices]
+    def _places(self, dataset: Dataset, ids: Sequence[str]) -> list[int]:
+        """Return the true room of each frame, -1 = not said; 0 where there is no such truth."""
+        known = known_places(dataset) or (0,) * len(dataset)
+        place_of = dict(zip(dataset.ids, known, strict=True))
+        return [place_of[id] for id in ids]
 
 
 def _even_out(metres: npt.NDArray[np.float64]) -> None:

@@ -13,6 +13,12 @@ import numpy.typing as npt
 from curiosight.errors import DataError
 from curiosight.evaluation.bootstrap import bootstrap_interval
 from curiosight.experiments.contest.contest import Contest
+from curiosight.experiments.contest.places import (
+    Left,
+    has_several_places,
+    mean_in_order,
+    places_left,
+)
 from curiosight.experiments.contest.prepared import Phase, Prepared
 from curiosight.experiments.contest.runs import RunRecord
 
@@ -118,10 +124,7 @@ def _source_table(contest: Contest, source: str) -> dict[str, Any]:
     if phase.first_look:
         table["from_look"] = phase.first_look
     table["strategies"] = {
-        name: {
-            **_figures(each, phase.offline["f1"], shortest),
-            **_figures_of_rooms(prepared, contest.records(source, name)),
-        }
+        name: _strategy_table(prepared, contest.records(source, name), each, shortest)
         for name, each in curves.items()
     }
     table["pairs"] = {
@@ -137,6 +140,31 @@ class _Shortest:
 
     seconds: float
     n_looks: int
+
+
+def _strategy_table(
+    prepared: Prepared, runs: Sequence[RunRecord], curves: Sequence[Curve], shortest: _Shortest
+) -> dict[str, Any]:
+    figures = {
+        **_figures(curves, prepared.phases[-1].offline["f1"], shortest),
+        **_figures_of_rooms(prepared, runs),
+    }
+    if has_several_places(prepared):
+        figures["places_left"] = _figures_of_places([places_left(prepared, run) for run in runs])
+    return figures
+
+
+def _figures_of_places(left: Sequence[Left | None]) -> dict[str, Any] | None:
+    """Return what is left of places: means over the seeds that left any; None where none did."""
+    known = [one for one in left if one is not None]
+    if not known:
+        return None
+    figures: dict[str, Any] = {"n": len(known)}
+    for name in ("average_quality", "backward_transfer", "forgetting"):
+        values = [getattr(one, name) for one in known]
+        deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
+        figures[name] = {**_mean(values), "deviation": deviation}
+    return figures | {"qualities": mean_in_order(known).tolist()}
 
 
 def _figures(curves: Sequence[Curve], f1: float, shortest: _Shortest) -> dict[str, Any]:
@@ -240,10 +268,5 @@ def looks_until_back(prepared: Prepared, run: RunRecord) -> int | None:
 
 def _is_in(phase: Phase, rooms: Sequence[int] | None) -> Ints:
     """Return which of the test frames that have an error are in some rooms; None = in any."""
-    scored = [
-        place
-        for view, place in zip(phase.tests, phase.test_places, strict=True)
-        if view.salient.any()
-    ]
-    in_rooms = [rooms is None or place in rooms for place in scored]
-    return np.flatnonzero(in_rooms)
+    scored = phase.scored_places()
+    return np.flatnonzero(np.ones(len(scored)) if rooms is None else np.isin(scored, rooms))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from curiosight.frame import Frame, Label
 from curiosight.teacher.cloud.points import scale_of, spread
 from curiosight.teacher.cloud.tracking import UpTracker
-from curiosight.teacher.memory.votes import REJECTED, VoxelVotes
+from curiosight.teacher.memory.votes import REJECTED, ViewVote, VoxelVotes
 from curiosight.teacher.resizing import in_full_size, in_own_size
 from curiosight.teacher.segmented import CODE_OF, UNDER_TABLE, Segmentation
 from curiosight.teacher.settings import SegmentationSettings
@@ -37,25 +37,11 @@ MIN_SETTLED, MAX_SALIENT = 0.5, 0.1
 class Remembered:
     """All that a frame changed of a memory, for `TemporalTeacher.remember_again`.
 
-    gone: (n,) voxels that it saw through. voxels, ballots, lengths: (r,) of runs of pixels that
-    are of one voxel and say the same.
+    gone: (n,) voxels that it saw through. told: what it told of others.
     """
 
     gone: Array
-    voxels: Array
-    ballots: Array
-    lengths: Array
-
-    @classmethod
-    def of(cls, gone: Array, voxels: Array, ballots: Array) -> Self:
-        """Return it of (h, w) voxels and ballots."""
-        seen, said = voxels.ravel(), ballots.ravel()
-        is_first = (seen[1:] != seen[:-1]) | (said[1:] != said[:-1])
-        first = np.append(0, np.flatnonzero(is_first) + 1)[: len(seen)]
-        lengths = np.diff(first, append=len(seen))
-        if lengths.max(initial=0) < 2**16:
-            lengths = lengths.astype(np.uint16)
-        return cls(gone, seen[first], said[first], lengths)
+    told: ViewVote
 
 
 class TemporalTeacher:
@@ -113,8 +99,7 @@ class TemporalTeacher:
             self._tracker = copy(noted)
             return
         self.votes.forget(noted.gone)
-        runs = (np.repeat(each, noted.lengths) for each in (noted.voxels, noted.ballots))
-        self.votes.add(*runs)
+        self.votes.add_again(noted.told)
 
     def segment(self, frame: Frame) -> Segmentation:
         """Label every pixel of a frame by itself, correct it by memory, and remember it.
@@ -139,9 +124,10 @@ class TemporalTeacher:
         corrected = self._corrected(alone, stride, voxels)
         if self.is_remembering:
             ballots = _ballots(alone, stride)
-            self.votes.add(voxels, ballots)
             if self.is_noting:
-                self.noted = Remembered.of(gone, voxels, ballots)
+                self.noted = Remembered(gone, self.votes.add_and_note(voxels, ballots))
+            else:
+                self.votes.add(voxels, ballots)
         full, _, _ = spread(
             corrected.astype(np.int32),
             np.ascontiguousarray(frame.depth[::stride, ::stride]),

@@ -7,7 +7,8 @@ counts in the voxels around it too, once a view.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ Array = npt.NDArray[Any]
 FREE = np.int64(-1)
 # A voxel's place is three whole numbers of 21 bits, from this one on.
 ORIGIN = 1 << 20
+_BITS = (1 << 21) - 1
 SALIENT, NOT_SALIENT = np.uint8(Label.SALIENT), np.uint8(Label.NOT_SALIENT)
 # Beside these, of ballots: a cluster that is no object. It may still be a part of one.
 REJECTED = np.uint8(1)
@@ -31,6 +33,30 @@ N_COLUMNS = 8
 HERE, AGAINST, SETTLED, BESIDE, LAST, AHEAD, AHEAD_OF_SETTLED, TOLD = range(N_COLUMNS)
 # Some 2600 m² of surfaces, in 84 MB.
 MAX_VOXELS = 1 << 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewVote:
+    """All that one view told, for `VoxelVotes.add_again`.
+
+    codes: (n,) uint16 of its voxels, in the order in which it came to them first: by how many rows,
+    columns and layers each is behind the one before, 8 added, four bits each; then by whom its
+    pixels are led: 3 times the sign of `AHEAD`, and that of `AHEAD_OF_SETTLED`, 4 added.
+    far: (m,) int64, the voxels that are farther than 7 from the one before, whose bits are 0.
+    n_runs, n_salient: see `_count_runs`.
+    """
+
+    codes: Array
+    far: Array
+    n_runs: int
+    n_salient: int
+
+    @classmethod
+    def of(cls, voxels: Array, votes: Array, touched: Array, n_runs: int, n_salient: int) -> Self:
+        """Return that of (n,) touched slots of the tables, before votes are cast."""
+        codes, far = np.empty(len(touched), np.uint16), np.empty(len(touched), np.int64)
+        n_far = _encode_touched(voxels, votes, touched, codes, far)
+        return cls(codes, far[:n_far].copy(), n_runs, n_salient)
 
 
 class VoxelVotes:
@@ -88,8 +114,47 @@ class VoxelVotes:
 
         voxels: see `voxels_of`. labels: of the same shape, codes of `Label`, or `REJECTED`.
         """
+        self._cast(self._tally(voxels, labels)[0])
+
+    def add_and_note(self, voxels: Array, labels: Array) -> ViewVote:
+        """Do as `add`, and return what the view told."""
+        touched, n_runs, n_salient = self._tally(voxels, labels)
+        told = ViewVote.of(self._voxels, self._votes, touched, n_runs, n_salient)
+        self._cast(touched)
+        return told
+
+    def add_again(self, told: ViewVote) -> None:
+        """Let a view vote as it did on other votes in the same state: these become the same."""
+        self._make_room(told.n_runs, told.n_salient)
+        self._n_views += 1
+        touched = np.empty(len(told.codes), np.int64)
+        self._n_voxels += _touch_again(
+            self._voxels, self._votes, self._n_views, told.codes, told.far, touched
+        )
+        self._cast(touched)
+
+    def _tally(self, voxels: Array, labels: Array) -> tuple[Array, int, int]:
+        """Count the pixels of a view for its voxels; return these, and what `_count_runs` does."""
         seen, said = voxels.ravel(), labels.ravel()
         n_runs, n_salient = _count_runs(seen, said)
+        self._make_room(n_runs, n_salient)
+        self._n_views += 1
+        touched = np.empty(n_runs, np.int64)
+        n_touched, n_new = _tally_pixels(
+            self._voxels, self._votes, self._n_views, seen, said, touched
+        )
+        self._n_voxels += n_new
+        return touched[:n_touched], n_runs, n_salient
+
+    def _cast(self, touched: Array) -> None:
+        """Give the voxels that a view touched their votes."""
+        n_new, self._n_salient = _cast_votes(
+            self._voxels, self._votes, self._salient, self._n_salient, self._n_views, touched
+        )
+        self._n_voxels += n_new
+
+    def _make_room(self, n_runs: int, n_salient: int) -> None:
+        """Make the tables large enough for one view more, see `_count_runs`."""
         n_new = n_runs + 7 * n_salient
         if self._n_voxels + n_new > max(self._max_voxels, 2 * n_new):
             self._forget_unseen()
@@ -98,12 +163,6 @@ class VoxelVotes:
         missing = self._n_salient + 7 * n_salient - len(self._salient)
         if missing > 0:
             self._salient = np.append(self._salient, np.empty(2 * missing, np.int64))
-        self._n_views += 1
-        table = (self._voxels, self._votes, self._salient)
-        n_new, self._n_salient = _count_view(
-            *table, self._n_salient, self._n_views, seen, said, np.empty(n_runs, np.int64)
-        )
-        self._n_voxels += n_new
 
     def balance(self, voxels: Array) -> Array:
         """(n, 3) int32: how many more views said salient than not, for each of (n,) voxels.
@@ -224,20 +283,13 @@ def _count_runs(seen: Array, said: Array) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
-def _count_view(
-    voxels: Array,
-    votes: Array,
-    salient: Array,
-    n_salient: int,
-    view: int,
-    seen: Array,
-    said: Array,
-    touched: Array,
+def _tally_pixels(
+    voxels: Array, votes: Array, view: int, seen: Array, said: Array, touched: Array
 ) -> tuple[int, int]:
-    """Give every voxel in view one vote, for what most of its labelled pixels say.
+    """Count for every voxel in view what its labelled pixels say.
 
-    salient: the first `n_salient` are filled. view: its number, from 1. touched: to work with, see
-    `_count_runs`. Return how many voxels are new, and `n_salient` now.
+    view: its number, from 1. seen, said: see `_count_runs`. touched: is filled with the slots of
+    the voxels, each once, as they come. Return how many these are, and how many of them are new.
     """
     n_touched, n_new, slot = 0, 0, -1
     for pixel in range(len(seen)):
@@ -249,15 +301,79 @@ def _count_view(
             slot = find_slot(voxels, seen[pixel])
             n_new += voxels[slot] == FREE
             voxels[slot] = seen[pixel]
-            touched[n_touched] = slot
-            n_touched += 1
+            if votes[slot, TOLD] != view:
+                votes[slot, TOLD] = view
+                touched[n_touched] = slot
+                n_touched += 1
         votes[slot, AHEAD] += 1 if label == SALIENT else -1
         if label != REJECTED:
             votes[slot, AHEAD_OF_SETTLED] += 1 if label == SALIENT else -1
-    for place in range(n_touched):
+    return n_touched, n_new
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _cell_of(voxel: int) -> tuple[int, int, int]:
+    return voxel >> 42, (voxel >> 21) & _BITS, voxel & _BITS
+
+
+@njit(cache=True, nogil=True)
+def _encode_touched(voxels: Array, votes: Array, touched: Array, codes: Array, far: Array) -> int:
+    """Set the codes and the far voxels of (n,) touched slots, see `ViewVote`; return how many."""
+    n_far, row, column, layer = 0, 0, 0, 0
+    for place in range(len(touched)):
         slot = touched[place]
-        ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
+        before = row, column, layer
+        row, column, layer = _cell_of(voxels[slot])
+        down, across, up = row - before[0] + 8, column - before[1] + 8, layer - before[2] + 8
+        is_near = 0 < down < 16 and 0 < across < 16 and 0 < up < 16
+        if place == 0 or not is_near:
+            far[n_far] = voxels[slot]
+            n_far += 1
+            down, across, up = 0, 0, 0
+        led = 3 * np.sign(votes[slot, AHEAD]) + np.sign(votes[slot, AHEAD_OF_SETTLED]) + 4
+        codes[place] = np.uint16(down | across << 4 | up << 8 | led << 12)
+    return n_far
+
+
+@njit(cache=True, nogil=True)
+def _touch_again(
+    voxels: Array, votes: Array, view: int, codes: Array, far: Array, touched: Array
+) -> int:
+    """Do what `_tally_pixels` did, by the codes of a `ViewVote`; return how many are new."""
+    n_new, n_far, voxel = 0, 0, np.int64(0)
+    for place in range(len(codes)):
+        code = np.int64(codes[place])
+        if code & 0xFFF:
+            row, column, layer = _cell_of(voxel)
+            row += (code & 15) - 8
+            column += ((code >> 4) & 15) - 8
+            layer += ((code >> 8) & 15) - 8
+            voxel = row << 42 | column << 21 | layer
+        else:
+            voxel = far[n_far]
+            n_far += 1
+        slot = find_slot(voxels, voxel)
+        n_new += voxels[slot] == FREE
+        voxels[slot] = voxel
+        led = code >> 12
+        votes[slot, AHEAD], votes[slot, AHEAD_OF_SETTLED] = led // 3 - 1, led % 3 - 1
         votes[slot, TOLD] = view
+        touched[place] = slot
+    return n_new
+
+
+@njit(cache=True, nogil=True)
+def _cast_votes(
+    voxels: Array, votes: Array, salient: Array, n_salient: int, view: int, touched: Array
+) -> tuple[int, int]:
+    """Give every voxel that a view touched one vote, for what most of its labelled pixels say.
+
+    salient: the first `n_salient` are filled. view, touched: see `_tally_pixels`. Return how many
+    voxels are new, and `n_salient` now.
+    """
+    n_new = 0
+    for slot in touched:
+        ahead, votes[slot, AHEAD] = votes[slot, AHEAD], 0
         if ahead < 0:
             votes[slot, AGAINST] += 1
         if votes[slot, AHEAD_OF_SETTLED] < 0:

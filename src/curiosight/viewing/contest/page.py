@@ -8,7 +8,17 @@ from pathlib import Path
 
 from curiosight.errors.files import replace_file
 from curiosight.viewing.contest.content import ContestReport, SourceReport
-from curiosight.viewing.contest.tables import columns_of, offline_sentence, ranked, ratio
+from curiosight.viewing.contest.tables import (
+    IN_ORDER,
+    PLACES_LEFT,
+    columns_of,
+    has_places_left,
+    offline_sentence,
+    places_left_rows,
+    qualities_rows,
+    ranked,
+    ratio,
+)
 from curiosight.viewing.report.document import document, section
 from curiosight.viewing.report.markup import NOTHING, Markup, element, join
 
@@ -65,7 +75,30 @@ def _source(source: SourceReport) -> Markup:
             element("h3", {}, "In pairs"),
             element("p", {}, _PAIRS),
             _table(names, ratios),
+            _places_left(source),
             _charts(source.regions, is_open=False),
+        ]
+    )
+
+
+def _places_left(source: SourceReport) -> Markup:
+    """Tell what is left of places, the matrices to fold out; nothing where they are not known."""
+    if not has_places_left(source.table):
+        return NOTHING
+    columns, rows = places_left_rows(source.table)
+    matrices = {name: qualities_rows(source.table, name) for name in rows}
+    shown = [
+        join([element("h4", {}, name), _table(*matrix)])
+        for name, matrix in matrices.items()
+        if matrix is not None
+    ]
+    summary = element("summary", {}, "Place by place, in the order of learning")
+    return join(
+        [
+            element("h3", {}, "What is left of places"),
+            element("p", {}, PLACES_LEFT),
+            _table(columns, rows),
+            element("details", {}, summary, element("p", {}, IN_ORDER), *shown),
         ]
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ def whole(figure: Mapping[str, float | None]) -> str:
 
 def share(figure: Mapping[str, float | None]) -> str:
     """Write a share or an error with its interval: .123 [.110, .140]."""
-    return _with_interval(figure, lambda value: f"{value:.3f}".removeprefix("0"), ratio=False)
+    return _with_interval(figure, _plain, ratio=False)
 
 
 def ratio(figure: Mapping[str, float | None]) -> str:
@@ -87,6 +87,57 @@ def columns_of(table: Table) -> dict[str, Cell]:
     return COLUMNS | dict(column for key, column in RARE_COLUMNS.items() if key in first)
 
 
+LEFT_COLUMNS = {
+    "average_quality": "average at the end",
+    "backward_transfer": "backward transfer",
+    "forgetting": "forgetting",
+}
+PLACES_LEFT = (
+    "Means over the seeds of the F1 of test frames, with their 95 % intervals and ± the standard "
+    "deviation. A place is learned when a run first left it after ten looks there, or more. "
+    "Average at the end: of all places that it saw. Backward transfer: of those that it had "
+    "learned, at the end less when it had: below 0 what came later harmed it. Forgetting: when it "
+    "was known best less at the end."
+)
+IN_ORDER = (
+    "Row i: when the i-th place had been learned, column j: the j-th; runs learn them in orders of "
+    "their own, and what not all of them learned is left out."
+)
+
+
+def has_places_left(table: Table) -> bool:
+    """Tell whether a source's table says what is left of places."""
+    return any(row.get("places_left") for row in table["strategies"].values())
+
+
+def places_left_rows(table: Table) -> tuple[list[str], dict[str, list[str]]]:
+    """Return columns, and rows by strategy, of what is left of the places of a source."""
+    rows = {}
+    for name in ranked(table):
+        left, n = table["strategies"][name]["places_left"], table["strategies"][name]["n"]
+        cells = [MISSING] * len(LEFT_COLUMNS)
+        if left is not None:
+            cells = [_with_deviation(left[key]) for key in LEFT_COLUMNS]
+        rows[name] = [f"{0 if left is None else left['n']} of {n}", *cells]
+    return ["runs that left a place", *LEFT_COLUMNS.values()], rows
+
+
+def qualities_rows(table: Table, name: str) -> tuple[list[str], dict[str, list[str]]] | None:
+    """Return columns and rows of a strategy's mean matrix; None where no run left a place."""
+    left = table["strategies"][name]["places_left"]
+    if left is None:
+        return None
+    titles = [f"place {number}" for number in range(1, len(left["qualities"]))]
+    after = [*(f"after {title}" for title in titles), "at the end"]
+    cells = [[f"{one:.2f}" for one in row] for row in left["qualities"]]
+    return titles, dict(zip(after, cells, strict=True))
+
+
+def _with_deviation(figure: Mapping[str, float | None]) -> str:
+    deviation = figure["deviation"]
+    return share(figure) if deviation is None else f"{share(figure)} ± {_plain(deviation)}"
+
+
 def ranked(table: Table) -> list[str]:
     """Return the strategies of a source, the soonest at 90 % first, those never there last."""
     rows = table["strategies"]
@@ -113,8 +164,23 @@ def markdown_tables(table: Table) -> str:
             _markdown(["strategy", *columns], rows),
             "Seconds to 90 %, the row's by the column's, seeds drawn in pairs:\n",
             _markdown(["", *names], ratios),
+            *_markdown_of_places(of_source),
         ]
     return "\n".join(parts)
+
+
+def _markdown_of_places(table: Table) -> Iterator[str]:
+    """Yield what is left of the places of a source; nothing where they are not known."""
+    if not has_places_left(table):
+        return
+    columns, rows = places_left_rows(table)
+    lines = [[name, *cells] for name, cells in rows.items()]
+    yield f"### What is left of places\n\n{PLACES_LEFT}\n"
+    yield _markdown(["strategy", *columns], lines)
+    yield f"{IN_ORDER}\n"
+    for name in rows:
+        if (matrix := qualities_rows(table, name)) is not None:
+            yield _markdown([name, *matrix[0]], [[row, *cells] for row, cells in matrix[1].items()])
 
 
 def offline_sentence(table: Table) -> str:
@@ -199,7 +265,7 @@ def _pair(table: Table, a: str, b: str) -> str:
 
 
 def _plain(value: float | None) -> str:
-    return MISSING if value is None else f"{value:.3f}".removeprefix("0")
+    return MISSING if value is None else f"{value:.3f}".removeprefix("0").replace("-0.", "-.")
 
 
 def _rare_share(figure: Mapping[str, float | None] | None) -> str:
