@@ -11,6 +11,8 @@ from command import files, refusal, succeed
 from curiosight.config import load_config
 from curiosight.experiments.components import make_learner
 from curiosight.frame import Camera, Frame, Label
+from curiosight.frame.level import ground_axes
+from curiosight.learner import places
 from curiosight.learner.forest import Forest
 from curiosight.learner.learner import SaliencyLearner
 from curiosight.learner.merging import fingerprint, merge_all, merge_learners
@@ -120,6 +122,23 @@ def test_places_of_another_world_are_known_by_their_looks(
     shifted = robot([*views(BEDROOM, 12, 2, shift=100.0), *views(OFFICE, 12, 3, shift=100.0)])
     merged = merge_learners(two[0], shifted)
     assert sorted(merged.experts.n_views()) == [12, 12, 24]
+
+
+def test_grids_that_are_turned_against_each_other_are_one(
+    two: tuple[SaliencyLearner, SaliencyLearner], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each robot lays its own grid over the ground; which way does not matter."""
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    monkeypatch.setattr(places, "ground_axes", lambda up: turn @ ground_axes(up))
+    turned = robot([*views(BEDROOM, 12, 2), *views(OFFICE, 12, 3)])
+    merged = merge_learners(two[0], turned)
+    assert sorted(merged.experts.n_views()) == [12, 12, 24]
+    # Poses count, not looks alone.
+    assert merged.experts.places is not None
+    assert merged.experts.places.state_arrays()["places_cell_of_spot"].min() >= 0
+    for room in (KITCHEN, BEDROOM, OFFICE):
+        best = max(quality(one, room) for one in (two[0], turned))
+        assert quality(merged, room) > best - 0.05
 
 
 def test_what_cannot_be_merged_is_refused(

@@ -271,3 +271,12 @@ def test_kept_looks_are_compared_as_the_plain_formula_says() -> None:
     alike = many @ one / (np.linalg.norm(many, axis=1) * np.linalg.norm(one))
     np.testing.assert_allclose(kept.likeness(expected[11]), alike, rtol=1e-5)
     assert kept.likeness(expected[11]).argmax() == 11
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_axes_of_the_ground_hardly_turn_with_noise(axis: int) -> None:
+    rng = np.random.default_rng(0)
+    for sign in (-1, 1):
+        ups = sign * np.eye(3)[axis] + rng.normal(0, 0.02, (50, 3))
+        axes = [ground_axes(up / np.linalg.norm(up)) for up in ups]
+        assert np.ptp(axes, axis=0).max() < 0.2

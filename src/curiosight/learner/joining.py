@@ -62,14 +62,19 @@ class _Known:
         self.cell_of_spot = np.full(len(self.views), NOWHERE)
         self.sees = [np.empty(0, np.int64) for _ in self.sees]
 
+    def cells_along(self, axes: Array) -> list[tuple[int, int]]:
+        """Return its cells in the grid of other axes, see `ground_axes`."""
+        middles = np.array(self.cells, float).reshape(-1, 2) + 0.5
+        turned = np.floor(middles @ (axes @ self.axes.T).T) if len(self.cells) else middles
+        return [(int(x), int(y)) for x, y in turned]
+
     def take_in(self, other: _Known) -> Numbers:
         """Add what another knows, and return the spots that its spots are here."""
         if not self.has_poses:
             self.axes = other.axes
         number_of = {cell: number for number, cell in enumerate(self.cells)}
-        cells = np.array(
-            [number_of.setdefault(cell, len(number_of)) for cell in other.cells], np.int64
-        )
+        theirs = other.cells_along(self.axes)
+        cells = np.array([number_of.setdefault(cell, len(number_of)) for cell in theirs], np.int64)
         self.cells = list(number_of)
         spot_in = {int(c): s for s, c in enumerate(self.cell_of_spot) if c != NOWHERE}
         spots = np.empty(len(other.views), np.int64)
@@ -129,6 +134,7 @@ def _ranks(spots: Numbers) -> Numbers:
 def _are_of_one_world(mine: _Known, theirs: _Known) -> bool:
     """Tell whether views that look alike were taken from about the same place."""
     looks, n_alike, n_far = Looks(mine.looks), 0, 0
+    their_cells = theirs.cells_along(mine.axes)
     for look, spot in zip(theirs.looks, theirs.spot_of_look, strict=True):
         alike = looks.likeness(look)
         cell = theirs.cell_of_spot[spot]
@@ -137,7 +143,7 @@ def _are_of_one_world(mine: _Known, theirs: _Known) -> bool:
         its_cell = mine.cell_of_spot[mine.spot_of_look[int(alike.argmax())]]
         if its_cell != NOWHERE:
             n_alike += 1
-            away = np.subtract(theirs.cells[cell], mine.cells[its_cell])
+            away = np.subtract(their_cells[cell], mine.cells[its_cell])
             n_far += bool(np.hypot(*away) > FAR)
     return n_alike < MIN_TELLING or 2 * n_far <= n_alike
 
