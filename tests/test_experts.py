@@ -181,7 +181,7 @@ def test_what_a_place_was_leaves_first_once_it_has_changed() -> None:
     # Two of six trees a look, and then as many again, which may be the same.
     assert set(n_regrown[:-n_after]) == {2}
     assert max(n_regrown[-n_after:]) == 4
-    assert experts.of_place[0].n_samples == old + (18 - 2 * n_after) * N_SAMPLES
+    assert experts.of_place[0].n_samples == old + (18 - n_after) * N_SAMPLES
     # Nothing else forgets or regrows.
     for name, array in experts.of_place[1].state_arrays().items():
         np.testing.assert_array_equal(array, other[name])

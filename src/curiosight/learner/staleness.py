@@ -12,9 +12,6 @@ from curiosight.learner.forest import Forest
 from curiosight.learner.scenery import Signs
 from curiosight.learner.stays import Stay
 
-# Of a place that has changed so many old samples leave for each new one.
-FORGETTING = 2
-
 
 @dataclass(slots=True)
 class Staleness:
@@ -51,9 +48,12 @@ class Staleness:
         self.n_stale[place] = forest.n_samples
 
     def make_room(self, place: int, forest: Forest, n_new: int) -> None:
-        """Let stale samples leave for new ones that are about to come."""
+        """Let stale samples leave for new ones that are about to come, one for one.
+
+        No more: much of what a place was is as before.
+        """
         n_stale = self.n_stale.get(place, 0)
-        n_forgotten = min(n_stale, FORGETTING * n_new)
+        n_forgotten = min(n_stale, n_new)
         if n_forgotten:
             forest.forget(n_forgotten)
             self.n_stale[place] = n_stale - n_forgotten
