@@ -12,6 +12,7 @@ import pytest
 
 from curiosight.frame import Camera, Frame, Label
 from curiosight.learner.drift import ALARM, CAUSES, Alarm, Cause, Drift, Event
+from curiosight.learner.forest import Forest
 from curiosight.learner.glance import N_ACROSS, N_DOWN, Glance, colours_of
 from curiosight.learner.rise import LEAST_KNOWN, N_KEPT, N_NEWEST, Rise, winnings
 from curiosight.learner.scenery import Scenery, Signs
@@ -299,3 +300,23 @@ def test_without_poses_ten_looks_in_a_row_count_once() -> None:
     for look in range(25):
         staleness.note(0, None, Signs(), 0.1 * (look // 10))
     assert list(staleness.drifts[0].rises["errors"].known) == pytest.approx([0.0, 0.1])
+
+
+@pytest.mark.parametrize(("cause", "leaves"), [("gone", True), ("light", False)])
+def test_what_a_place_was_leaves_unless_it_comes_back(cause: Cause, leaves: bool) -> None:
+    rng = np.random.default_rng(0)
+    forest = Forest(n_features=3, n_trees=40, n_regrown=1, max_samples=1000)
+    staleness = Staleness()
+
+    def learn(n: int, group: int) -> int:
+        """Learn samples of a group; return how many trees regrew."""
+        rows = rng.integers(0, 256, (n, 3), np.uint8)
+        staleness.make_room(0, forest, n)
+        regrown = forest.update(rows, rows[:, 0] > 127, group)
+        return len(staleness.regrow(0, forest, regrown))
+
+    learn(60, group=1)
+    staleness.begin(Alarm(0, cause, 0.1, 0.5, 5), forest)
+    assert [learn(25, group=2) for _ in range(3)] == [2, 2, 1]
+    assert np.bincount(forest.groups).tolist() == [0, 0 if leaves else 60, 75]
+    assert not staleness.stale

@@ -197,7 +197,7 @@ class Experts:
         forest = self._forest(place)
         alarm = self._note_signs(place, spot, error) if self.is_trained else None
         if alarm is not None:
-            self._staleness.begin(alarm.place, self._forest(alarm.place))
+            self._staleness.begin(alarm, self._forest(alarm.place))
         self._staleness.make_room(place, forest, len(rows))
         regrown = forest.update(rows, is_salient, spot)
         trees = {place: self._staleness.regrow(place, forest, regrown)}

@@ -7,23 +7,36 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 
 from curiosight.frame import Pose
-from curiosight.learner.drift import Alarm, Drift
+from curiosight.learner.drift import Alarm, Cause, Drift
 from curiosight.learner.forest import Forest
 from curiosight.learner.scenery import Signs
 from curiosight.learner.stays import Stay
+
+# Light comes back in the morning: what was seen in it is worth keeping.
+COMES_BACK: frozenset[Cause] = frozenset({"light", "tint"})
+
+
+@dataclass(slots=True)
+class Stale:
+    """The samples of what a place was before it changed.
+
+    n: so many have not been made up for by new ones. leaves: whether they leave meanwhile.
+    """
+
+    n: int
+    leaves: bool
 
 
 @dataclass(slots=True)
 class Staleness:
     """What is known of each place's changes, and how much of its forest is of what it was.
 
-    drifts: by place. stay: the looks that have not counted yet, see `Stay`. n_stale: of each place
-    that has changed, how many of its oldest samples are of what it was; while there are some its
-    forest regrows twice as many trees a frame.
+    drifts: by place. stay: the looks that have not counted yet, see `Stay`. stale: of each place
+    that has changed; while there is some its forest regrows twice as many trees a frame.
     """
 
     drifts: dict[int, Drift] = field(default_factory=dict)
-    n_stale: dict[int, int] = field(default_factory=dict)
+    stale: dict[int, Stale] = field(default_factory=dict)
     stay: Stay | None = None
 
     def note(
@@ -43,24 +56,28 @@ class Staleness:
         drift = self.drifts.setdefault(ended.place, Drift())
         return drift.add(ended.place, ended.signs(), ended.mean("error"))
 
-    def begin(self, place: int, forest: Forest) -> None:
+    def begin(self, alarm: Alarm, forest: Forest) -> None:
         """Take all that the forest of a place knows for what the place was."""
-        self.n_stale[place] = forest.n_samples
+        self.stale[alarm.place] = Stale(forest.n_samples, alarm.cause not in COMES_BACK)
 
     def make_room(self, place: int, forest: Forest, n_new: int) -> None:
         """Let stale samples leave for new ones that are about to come, one for one.
 
         No more: much of what a place was is as before.
         """
-        n_stale = self.n_stale.get(place, 0)
-        n_forgotten = min(n_stale, n_new)
-        if n_forgotten:
-            forest.forget(n_forgotten)
-            self.n_stale[place] = n_stale - n_forgotten
+        stale = self.stale.get(place)
+        if stale is None:
+            return
+        n_made_up = min(stale.n, n_new)
+        if stale.leaves and n_made_up:
+            forest.forget(n_made_up)
+        stale.n -= n_made_up
+        if not stale.n:
+            del self.stale[place]
 
     def regrow(self, place: int, forest: Forest, regrown: tuple[int, ...]) -> tuple[int, ...]:
         """Regrow as many trees again while samples are stale; return all trees that were."""
-        if not self.n_stale.get(place) or not regrown:
+        if place not in self.stale or not regrown:
             return regrown
         return tuple(sorted({*regrown, *forest.regrow()}))
 
@@ -75,4 +92,4 @@ class Staleness:
             for place, origin in origins.items()
             if origin in self.drifts
         }
-        self.n_stale, self.stay = {}, None
+        self.stale, self.stay = {}, None
