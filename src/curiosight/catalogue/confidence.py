@@ -15,24 +15,24 @@ from curiosight.catalogue.voxels import grown, share_in
 Array = npt.NDArray[Any]
 # What is known of a thing, and what each tells as log-odds: fitted by logistic regression on drawn
 # homes, see benchmarks/objects_fit.py.
-FIRST = -0.05
+FIRST = -0.07
 WEIGHTS = {
     # E-folds of views, of those in which depth decided, and of pixels of its best view (of 1000 in
     # a 640x480 image).
-    "views": 1.07,
-    "decided": 0.16,
+    "views": 1.08,
+    "decided": 0.15,
     "pixels": 0.17,
     # E-folds of metres.
     "width": 1.85,
     "length": -1.01,
     "height": -0.79,
     # Shares: of it in a better known thing, of that in it, and of its views that show both.
-    "in_other": -5.69,
-    "other_in": 3.49,
+    "in_other": -5.7,
+    "other_in": 3.48,
     "apart": -2.23,
     # E-folds of the share of the views that show its place; shares of what those say of it.
-    "of_shown": 0.83,
-    "salient": 1.65,
+    "of_shown": 0.82,
+    "salient": 1.67,
     "not_salient": -5.22,
     # Whether it stands on a floor; mean share of it that its views find.
     "on_floor": -1.51,

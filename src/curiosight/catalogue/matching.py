@@ -34,7 +34,7 @@ WEIGHTS = {
     "length": -3.8,
     # Distance of their hues: 0 = the same, 1 = none shared; and where few views tell them.
     "hues": -13.84,
-    "few": 0.3,
+    "few": 0.31,
     "hues_of_few": 5.6,
     # Farther than things are mostly carried; in another place; from a table to the floor.
     "far": -1.67,
