@@ -6,7 +6,7 @@ Two visits: the home as it is, and with `rearrange=1`, each of so many views a r
 that learned off-line from the first. An entry is right if its centre lies within 15 cm of a truth
 object's, one to one; of new, moved and gone, within 15 cm of one that became that. Truth objects
 are those that at least two views of a visit show with 400 pixels: see `objects_truth.py`. Figures
-are kept in results/objects.json. Developed on home 31 alone.
+are kept in results/objects.json. Developed on the homes 31, 33 and 34: see `objects_fit.py`.
 """
 
 from __future__ import annotations

@@ -117,14 +117,14 @@ class Glimpses:
         labels, saliency = [np.zeros(0, np.uint8)], [np.zeros(0)]
         for view, places, _, behind, gap in self._looks(voxels):
             is_there = np.abs(behind) <= gap
-            n_free += np.count_nonzero(behind > gap)
-            n_views += np.count_nonzero(is_there) >= MIN_SHOWN * len(voxels)
+            n_free += int(np.count_nonzero(behind > gap))
+            n_views += bool(np.count_nonzero(is_there) >= MIN_SHOWN * len(voxels))
             labels.append(view.labels[places][is_there])
             saliency.append(view.saliency[places][is_there].astype(np.float64))
         told = np.concatenate(labels)
         n_there = max(1, len(told))
         return Told(
-            int(n_views),
+            n_views,
             n_free / max(1, n_free + len(told)),
             np.count_nonzero(told == Label.SALIENT) / n_there,
             np.count_nonzero(told == Label.NOT_SALIENT) / n_there,

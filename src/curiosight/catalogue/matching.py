@@ -1,8 +1,7 @@
 """Which thing of a later visit is which of an earlier one: by place, size and colours.
 
-One assignment for all (see `best_pairs`), each
-at most once on both sides: what two things have in common is weighed as log-odds, and a pair that
-less speaks for than against is none.
+One assignment for all (see `best_pairs`), each at most once on both sides: what two things have in
+common is weighed as log-odds, and a pair that too little speaks for is none.
 """
 
 from __future__ import annotations
