@@ -106,17 +106,22 @@ class Catalogue:
         after = [one for one in self._entries if one.change == "gone"]
         pairs = match_things(appearances_of(there), appearances_of(found))
         matched = {i: (j, is_same) for i, j, is_same in pairs}
+        stay = {i for i, _, is_same in pairs if is_same}, {j for _, j, is_same in pairs if is_same}
+        left, came = (
+            [one.thing for place, one in enumerate(some) if place not in staying]
+            for some, staying in zip((there, found), stay, strict=True)
+        )
         for place, entry in enumerate(there):
             if place in matched:
                 j, is_same = matched[place]
                 after.append(_again(entry, found[j], is_same=is_same))
             else:
-                after.append(self._unseen(entry, visit))
+                after.append(self._unseen(entry, visit, came))
         known = {j for _, j, _ in pairs}
         n_known = max((one.id for one in self._entries), default=0)
         unknown = [one for j, one in enumerate(found) if j not in known]
         for number, entry in enumerate(unknown, start=n_known + 1):
-            after.append(replace(entry, id=number, change=self._arrival(entry, there)))
+            after.append(replace(entry, id=number, change=self._arrival(entry, left)))
         self._entries = sorted(after, key=lambda one: one.id)
         return self.entries
 
@@ -140,26 +145,34 @@ class Catalogue:
                 thing=thing,
             )
 
-    def _unseen(self, entry: Entry, visit: Visit) -> Entry:
-        """Return what has become of an entry that a visit did not find."""
+    def _unseen(self, entry: Entry, visit: Visit, came: Sequence[Thing]) -> Entry:
+        """Return what has become of an entry that a visit did not find.
+
+        came: what now stands where it did not before.
+        """
         seen = visit.glimpses.look_for(entry.thing.voxels)
         n_seen = seen.free + seen.there
-        is_gone = n_seen >= MIN_SEEN and seen.free >= MIN_FREE * n_seen
+        is_free = n_seen >= MIN_SEEN and seen.free >= MIN_FREE * n_seen
+        is_gone = is_free or (seen.there >= MIN_THERE and _is_among(entry.thing, came))
         return replace(entry, change="gone" if is_gone else "same", T_world_before=None)
 
-    def _arrival(self, entry: Entry, before: Sequence[Entry]) -> Change:
+    def _arrival(self, entry: Entry, left: Sequence[Thing]) -> Change:
         """Tell whether what was not known before is new: its surface was not there, that is.
 
-        What was there may have been another thing, which `before` has.
+        left: what stood where it does not now; that is what was there.
         """
         if len(self.visits) < 2:
             return "new"
-        thing = entry.thing
-        if self.visits[-2].glimpses.look_for(thing.voxels).there < MIN_THERE:
-            return "new"
-        others = (one.thing for one in before if one.thing.is_near(thing))
-        is_other = any(share_in(thing.voxels, other.grown) > MIN_KNOWN for other in others)
-        return "new" if is_other else "same"
+        before = self.visits[-2].glimpses.look_for(entry.thing.voxels)
+        is_new = before.there < MIN_THERE or _is_among(entry.thing, left)
+        return "new" if is_new else "same"
+
+
+def _is_among(thing: Thing, others: Sequence[Thing]) -> bool:
+    """Tell whether the surface of a thing is that of another, in part."""
+    return any(
+        share_in(thing.voxels, other.grown) > MIN_KNOWN for other in others if other.is_near(thing)
+    )
 
 
 def appearances_of(entries: Sequence[Entry]) -> list[Appearance]:
