@@ -1,6 +1,6 @@
 """How right a catalogue of a drawn home is, and what it says is new, moved or gone.
 
-    python benchmarks/objects.py --seeds 31 33 --views 60 --cache FOLDER
+    python benchmarks/objects.py --seeds 11 12 13 14 15 --cache FOLDER
 
 Two visits: the home as it is, and with `rearrange=1`, each of so many views a room, with a model
 that learned off-line from the first. An entry is right if its centre lies within 15 cm of a truth
@@ -65,6 +65,14 @@ def figures(counts: Sequence[Counts]) -> dict[str, Any]:
     }
 
 
+def together(homes: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures of homes together, each thing counting the same."""
+    return {
+        name: figures([(one[name]["right"], one[name]["said"], one[name]["true"]) for one in homes])
+        for name in COUNTED
+    }
+
+
 def score(first: Sequence[Entry], last: Sequence[Entry], folders: Sequence[Path]) -> dict[str, Any]:
     """Return figures of the entries after the first visit and after the second."""
     before, after = (read_truth(folder) for folder in folders)
@@ -119,10 +127,10 @@ def seen_visits(seed: int, n_views: int, cache: Path) -> tuple[list[Path], list[
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seeds", type=int, nargs="+", required=True, help="of homes")
-    parser.add_argument("--views", type=int, default=60, help="of a room, at each visit")
+    parser.add_argument("--views", type=int, default=40, help="of a room, at each visit")
     parser.add_argument("--cache", type=Path, required=True, help="folder for recordings")
     arguments = parser.parse_args()
-    kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    kept: dict[str, Any] = {}
     for seed in arguments.seeds:
         folders, visits = seen_visits(seed, arguments.views, arguments.cache)
         catalogue = Catalogue()
@@ -131,7 +139,9 @@ def main() -> None:
         source = f"home:{seed},views={arguments.views}"
         kept[source] = score(first, last, folders)
         print(source, json.dumps(kept[source]), flush=True)
-        RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
+    kept["all"] = together(list(kept.values()))
+    print("all", json.dumps(kept["all"]))
+    RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 if __name__ == "__main__":

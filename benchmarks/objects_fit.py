@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from objects import COUNTED, figures, right_pairs, score, seen_visits
+from objects import right_pairs, score, seen_visits, together
 from objects_truth import read_truth
 
 from curiosight.catalogue import Catalogue, Entry, Thing, Visit, confidence, matching
@@ -144,13 +144,7 @@ def main() -> None:
         fit_pairs(others)
         kept[f"home:{seed}"] = judged(home)
         print(seed, json.dumps(kept[f"home:{seed}"]), flush=True)
-    together = {}
-    for name in COUNTED:
-        counts = [
-            [home[name][what] for what in ("right", "said", "true")] for home in kept.values()
-        ]
-        together[name] = figures([(right, said, true) for right, said, true in counts])
-    kept["all"] = together
+    kept["all"] = together(list(kept.values()))
     print("all", json.dumps(kept["all"]))
     RESULTS.write_text(json.dumps(kept, indent=1) + "\n")
     fit_things(list(homes.values()))
