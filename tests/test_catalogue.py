@@ -7,11 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curiosight.catalogue import Catalogue, Entry, Visit, find_detections, find_things
+from curiosight.catalogue import Catalogue, Entry, Thing, Visit, find_detections, find_things
 from curiosight.catalogue.boxes import upright_box
+from curiosight.catalogue.confidence import (
+    WEIGHTS,
+    confidence_of,
+    measure_things,
+    odds_of,
+    share_of,
+)
 from curiosight.catalogue.detection import Detection
+from curiosight.catalogue.glimpses import Glimpses
 from curiosight.catalogue.grouping import group_detections
-from curiosight.catalogue.matching import Appearance, match_things
+from curiosight.catalogue.matching import Appearance, match_things, weigh_pairs
 from curiosight.catalogue.voxels import SIDE, centres_of, grown, share_in, voxels_of
 from curiosight.frame import Camera, Frame, Label
 from curiosight.teacher import Segmentation
@@ -196,3 +204,96 @@ def test_one_thing_is_matched_once_and_by_its_hue() -> None:
     after = [looks(8, 1.6), looks(2, 0.0)]
     assert sorted(match_things(before, after)) == [(0, 1, True), (1, 0, False)]
     assert match_things([], after) == []
+
+
+def test_a_pair_is_less_likely_in_another_place_on_another_level_or_where_one_is_doubtful() -> None:
+    def thing(**changes: object) -> Appearance:
+        surface = voxels_of(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
+        colours = np.full(300, 1 / 300)
+        made = Appearance(np.zeros(3), (0.1, 0.1, 0.2), colours, surface, 0.0, 1, 9, 0.95)
+        return replace(made, **changes)
+
+    elsewhere = voxels_of(np.array([[3.0, 0.0, 0.0]]))
+    moved = {"centre": np.array([3.0, 0, 0]), "voxels": elsewhere}
+    others = [{}, {"place": 2}, {"place": None}, {"bottom": 0.8}, {"confidence": 0.2}]
+    odds, is_same = weigh_pairs([thing()], [thing(**(moved | other)) for other in others])
+    assert not is_same.any()
+    alike, in_other_place, in_no_place, on_table, doubtful = odds[0]
+    assert in_no_place == alike
+    assert max(in_other_place, on_table, doubtful) < alike - 1
+
+
+def plate(z: float, label: Label) -> Glimpses:
+    """Return five views straight down on a plate as large as the image, told to be something."""
+    glimpses = Glimpses()
+    for x in (-0.1, -0.05, 0.0, 0.05, 0.1):
+        pose = np.diag([1.0, -1.0, -1.0, 1.0])
+        pose[:3, 3] = x, 0.0, 1.5
+        depth = np.full((120, 160), 1.5 - z, np.float32)
+        glimpses.add(depth, CAMERA, pose, np.full((120, 160), label, np.uint8))
+    return glimpses
+
+
+def test_a_floor_where_a_flat_thing_lay_is_free() -> None:
+    xs, ys = np.meshgrid(np.arange(-0.2, 0.2, 0.02), np.arange(-0.2, 0.2, 0.02))
+    flat = voxels_of(np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, 0.02)], axis=1))
+    assert plate(0.0, Label.NOT_SALIENT).look_for(flat) == (1, 0)
+    assert plate(0.0, Label.UNKNOWN).look_for(flat) == (0, 1)
+    assert plate(-0.4, Label.UNKNOWN).look_for(flat) == (1, 0)
+    assert plate(0.5, Label.SALIENT).look_for(flat) == (0, 0)
+    told = plate(0.0, Label.SALIENT).ask_about(flat)
+    assert told[:4] == (5, 0, 1, 0)
+    assert np.isnan(told.saliency)
+    assert plate(0.0, Label.NOT_SALIENT).ask_about(flat)[:4] == (5, 0, 0, 1)
+
+
+def test_views_that_look_elsewhere_are_left_out_and_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng = np.random.default_rng(3)
+    glimpses = Glimpses()
+    for _ in range(40):
+        pose = np.eye(4)
+        pose[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        pose[:3, 3] = rng.uniform(-2, 2, 3)
+        depth = rng.uniform(0.5, 4, (120, 160)).astype(np.float32)
+        glimpses.add(depth, CAMERA, pose, np.zeros((120, 160), np.uint8))
+    surfaces = [voxels_of(rng.uniform(-0.3, 0.3, (60, 3)) + at) for at in rng.normal(size=(9, 3))]
+    looks = [sum(len(where) for _, _, where, _, _ in glimpses._looks(one)) for one in surfaces]
+    assert min(map(len, map(glimpses._towards, map(centres_of, surfaces)))) < 30
+    monkeypatch.setattr(Glimpses, "_towards", lambda self, _: self._views)
+    assert looks == [sum(len(one[2]) for one in glimpses._looks(some)) for some in surfaces]
+
+
+def test_what_stands_where_another_thing_stood_is_new_and_the_other_gone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Else a box of the same size in the same place is the same, whatever its hue.
+    monkeypatch.setattr("curiosight.catalogue.matching.SAME_BONUS", 0.0)
+    catalogue = Catalogue()
+    catalogue.add(visit(BEFORE))
+    (x, y, _), *others = BEFORE
+    after = catalogue.add(visit(((x, y, YELLOW), *others)))
+    here = [one for one in after if np.hypot(*(one.T_world_centre[:2, 3] - (x, y))) < 0.03]
+    assert [one.change for one in here] == ["gone", "new"]
+    assert [one.change for one in after if one not in here] == ["same", "same"]
+
+
+def test_confidence_falls_where_views_see_floor_and_in_a_part_of_a_better_known_thing() -> None:
+    whole = [(view, blob(0.0, 0.3)) for view in range(6)]
+    part = [(view, blob(0.0, 0.09)) for view in range(6, 9)]
+    things = [Thing(whole), Thing(part)]
+    sizes = [thing.box(UP)[1] for thing in things]
+    n_pixels = [640 * 480] * 2
+    measures = measure_things(things, sizes, n_pixels, plate(0.0, Label.SALIENT))
+    assert measures.shape == (2, len(WEIGHTS))
+    of = {name: measures[:, place] for place, name in enumerate(WEIGHTS)}
+    assert of["in_other"].tolist() == [0, 1]
+    assert of["other_in"][1] > 0.2
+    assert of["salient"].tolist() == [1, 1]
+    on_floor = measure_things(things, sizes, n_pixels, plate(0.0, Label.NOT_SALIENT))
+    assert (confidence_of(on_floor) < confidence_of(measures)).all()
+    alone = measure_things(things[1:], sizes[1:], n_pixels[1:], plate(0.0, Label.SALIENT))
+    assert confidence_of(alone)[0] > confidence_of(measures)[1]
+    for share in (0.0, 0.3, 1.0):
+        assert abs(share_of(odds_of(share)) - share) < 1e-5

@@ -8,20 +8,22 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from curiosight.catalogue.confidence import confidence_of
+from curiosight.catalogue.confidence import confidence_of, measure_things, odds_of, share_of
 from curiosight.catalogue.detection import Detection
 from curiosight.catalogue.matching import Appearance, match_things
 from curiosight.catalogue.things import Thing
 from curiosight.catalogue.visit import Visit
+from curiosight.catalogue.voxels import share_in
 from curiosight.frame import Pose
 
 Change = Literal["new", "moved", "gone", "same"]
 CHANGES: tuple[Change, ...] = get_args(Change)
 # Which entries are shown: of those that are surer than this nine of ten are right.
-MIN_CONFIDENCE = 0.85
-# Shares of a thing's surface: seen through where it stood, so that it is gone; seen where it now
-# is, so that it was there before, though nobody knew it for a thing.
-MIN_FREE, MIN_THERE = 0.5, 0.6
+MIN_CONFIDENCE = 0.6
+# Shares of a thing's surface: seen again, so that it counts; of that seen free, so that it is gone;
+# seen where it now is, so that it was there before, though nobody knew it for a thing; and in a
+# thing that was known to be there.
+MIN_SEEN, MIN_FREE, MIN_THERE, MIN_KNOWN = 0.2, 0.5, 0.6, 0.3
 # Of the things, which are taken to stand on the floor: fewer may seem to be below it.
 LOWEST = 0.05
 
@@ -102,28 +104,35 @@ class Catalogue:
         found = list(self._found(visit))
         there = [one for one in self._entries if one.change != "gone"]
         after = [one for one in self._entries if one.change == "gone"]
-        pairs = match_things(_looks(there), _looks(found))
+        pairs = match_things(appearances_of(there), appearances_of(found))
         matched = {i: (j, is_same) for i, j, is_same in pairs}
+        stay = {i for i, _, is_same in pairs if is_same}, {j for _, j, is_same in pairs if is_same}
+        left, came = (
+            [one.thing for place, one in enumerate(some) if place not in staying]
+            for some, staying in zip((there, found), stay, strict=True)
+        )
         for place, entry in enumerate(there):
             if place in matched:
                 j, is_same = matched[place]
                 after.append(_again(entry, found[j], is_same=is_same))
             else:
-                after.append(self._unseen(entry, visit))
+                after.append(self._unseen(entry, visit, came))
         known = {j for _, j, _ in pairs}
         n_known = max((one.id for one in self._entries), default=0)
         unknown = [one for j, one in enumerate(found) if j not in known]
         for number, entry in enumerate(unknown, start=n_known + 1):
-            after.append(replace(entry, id=number, change=self._arrival(entry)))
+            after.append(replace(entry, id=number, change=self._arrival(entry, left)))
         self._entries = sorted(after, key=lambda one: one.id)
         return self.entries
 
     def _found(self, visit: Visit) -> Iterator[Entry]:
         """Yield the things of a visit as entries that are not numbered yet."""
-        number = len(self.visits) - 1
-        for thing in visit.things():
-            pose, size = thing.box(visit.up_world)
-            n_image_pixels = int(np.prod(visit.views[thing.best[0]].size))
+        number, things = len(self.visits) - 1, visit.things()
+        boxes = [thing.box(visit.up_world) for thing in things]
+        sizes = [size for _, size in boxes]
+        n_pixels = [int(np.prod(visit.views[thing.best[0]].size)) for thing in things]
+        confidence = confidence_of(measure_things(things, sizes, n_pixels, visit.glimpses))
+        for thing, (pose, size), sure in zip(things, boxes, confidence.tolist(), strict=True):
             yield Entry(
                 id=0,
                 place=visit.place_of(thing),
@@ -131,25 +140,42 @@ class Catalogue:
                 T_world_centre=pose,
                 size_m=size,
                 seen=tuple(Sighting(number, view, shown) for view, shown in thing.seen),
-                confidence=confidence_of(thing, size[1], n_image_pixels),
+                confidence=sure,
                 change="new",
                 thing=thing,
             )
 
-    def _unseen(self, entry: Entry, visit: Visit) -> Entry:
-        """Return what has become of an entry that a visit did not find."""
-        is_gone = visit.glimpses.look_for(entry.thing.voxels).free >= MIN_FREE
+    def _unseen(self, entry: Entry, visit: Visit, came: Sequence[Thing]) -> Entry:
+        """Return what has become of an entry that a visit did not find.
+
+        came: what now stands where it did not before.
+        """
+        seen = visit.glimpses.look_for(entry.thing.voxels)
+        n_seen = seen.free + seen.there
+        is_free = n_seen >= MIN_SEEN and seen.free >= MIN_FREE * n_seen
+        is_gone = is_free or (seen.there >= MIN_THERE and _is_among(entry.thing, came))
         return replace(entry, change="gone" if is_gone else "same", T_world_before=None)
 
-    def _arrival(self, entry: Entry) -> Change:
-        """Tell whether what was not known before is new: its surface was not there, that is."""
+    def _arrival(self, entry: Entry, left: Sequence[Thing]) -> Change:
+        """Tell whether what was not known before is new: its surface was not there, that is.
+
+        left: what stood where it does not now; that is what was there.
+        """
         if len(self.visits) < 2:
             return "new"
         before = self.visits[-2].glimpses.look_for(entry.thing.voxels)
-        return "same" if before.there >= MIN_THERE else "new"
+        is_new = before.there < MIN_THERE or _is_among(entry.thing, left)
+        return "new" if is_new else "same"
 
 
-def _looks(entries: Sequence[Entry]) -> list[Appearance]:
+def _is_among(thing: Thing, others: Sequence[Thing]) -> bool:
+    """Tell whether the surface of a thing is that of another, in part."""
+    return any(
+        share_in(thing.voxels, other.grown) > MIN_KNOWN for other in others if other.is_near(thing)
+    )
+
+
+def appearances_of(entries: Sequence[Entry]) -> list[Appearance]:
     """Return what entries are known again by."""
     centres = [one.T_world_centre[:3, 3] for one in entries]
     bottoms = [
@@ -158,7 +184,16 @@ def _looks(entries: Sequence[Entry]) -> list[Appearance]:
     ]
     lowest = float(np.quantile(bottoms, LOWEST)) if bottoms else 0.0
     return [
-        Appearance(centre, one.size_m, one.thing.colours, one.thing.voxels, bottom - lowest)
+        Appearance(
+            centre,
+            one.size_m,
+            one.thing.colours,
+            one.thing.voxels,
+            bottom - lowest,
+            one.place,
+            len(one.thing.views),
+            one.confidence,
+        )
         for one, centre, bottom in zip(entries, centres, bottoms, strict=True)
     ]
 
@@ -169,7 +204,12 @@ def _again(entry: Entry, found: Entry, *, is_same: bool) -> Entry:
         found,
         id=entry.id,
         seen=(*entry.seen, *found.seen),
-        confidence=max(entry.confidence, found.confidence),
+        confidence=_both_sure(entry.confidence, found.confidence),
         change="same" if is_same else "moved",
         T_world_before=None if is_same else entry.T_world_centre,
     )
+
+
+def _both_sure(*shares: float) -> float:
+    """Return how sure it is of a thing that two visits show: the mean of their log-odds."""
+    return share_of(float(np.mean([odds_of(share) for share in shares])))

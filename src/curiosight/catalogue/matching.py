@@ -1,8 +1,7 @@
 """Which thing of a later visit is which of an earlier one: by place, size and colours.
 
-One assignment for all (see `best_pairs`), each
-at most once on both sides: what two things have in common is weighed as log-odds, and a pair that
-less speaks for than against is none.
+One assignment for all (see `best_pairs`), each at most once on both sides: what two things have in
+common is weighed as log-odds, and a pair that too little speaks for is none.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.catalogue.confidence import odds_of
 from curiosight.catalogue.detection import COLOUR_BINS
 from curiosight.catalogue.voxels import Voxels, grown, share_in
 from curiosight.frame.assignment import best_pairs
@@ -24,14 +24,31 @@ Array = npt.NDArray[Any]
 # A thing stands where it stood if this share of its surface lies where it lay, and the other way
 # round; things farther apart than this, metres, are not compared so.
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
-# Log-odds, fitted by logistic regression on the things of the drawn home 31: at first; for each
-# e-fold of height and length; for the distance of hues (0 = the same, 1 = none shared).
-FIRST, PER_HEIGHT, PER_LENGTH, PER_HUES = 4.9, -5.3, -1.8, -11.4
-# What stays is likelier than what moves; things are carried about in a room more than farther, and
-# seldom from a table to the floor: what stands less high than this, metres, is on the floor.
-SAME_BONUS, PER_METRE, ELSEWHERE, FAR, OTHER_LEVEL, LOW = 4.0, -0.1, -3.9, 6.0, -3.0, 0.2
+# What tells whether two things are one that was carried elsewhere, as log-odds: fitted by logistic
+# regression on drawn homes, see benchmarks/objects_fit.py.
+FIRST = 4.05
+WEIGHTS = {
+    # E-folds of height and of length by which they differ.
+    "height": -6.36,
+    "length": -3.8,
+    # Distance of their hues: 0 = the same, 1 = none shared; and where few views tell them.
+    "hues": -13.84,
+    "few": 0.31,
+    "hues_of_few": 5.6,
+    # Farther than things are mostly carried; in another place; from a table to the floor.
+    "far": -1.67,
+    "elsewhere": -4.74,
+    "other_level": -3.06,
+    # How sure both are to be things: log-odds of the less sure one, no more than `SURE`.
+    "sure": 0.74,
+}
+FAR, SURE = 6.0, 2.0
+# What stands less high than this, metres, is on the floor.
+LOW = 0.2
+# What stays is likelier than what moves.
+SAME_BONUS = 4.0
 # A pair that less speaks for is two things.
-MIN_ODDS = -3.0
+MIN_ODDS = -4.0
 # Hues beside each other are alike: standard deviation in bins.
 BLUR, BLUR_SIZE = 0.5, (5, 5)
 # No thing is thinner, by the cubes that it is made of; metres.
@@ -44,6 +61,8 @@ class Appearance:
 
     centre: (3,) metres in the world. size: metres, width, length, height. colours: (300,) shares.
     voxels: of its surface, see `voxels_of`. bottom: metres over the lowest thing of its visit.
+    place: number of the place it is in; None = not known. n_views: that show it. confidence: in
+    [0, 1], that it is a thing.
     """
 
     centre: Array
@@ -51,6 +70,9 @@ class Appearance:
     colours: npt.NDArray[np.float64]
     voxels: Voxels
     bottom: float = 0.0
+    place: int | None = None
+    n_views: int = 8
+    confidence: float = 0.9
 
 
 def match_things(
@@ -71,24 +93,63 @@ def match_things(
 
 def weigh_pairs(before: Sequence[Appearance], after: Sequence[Appearance]) -> tuple[Array, Array]:
     """Return (n, m) log-odds that two are one thing, and (n, m) whether it stayed where it was."""
-    centres = [np.stack([one.centre for one in some]) for some in (before, after)]
-    shifts = np.linalg.norm(centres[0][:, None] - centres[1][None], axis=2)
+    measures = measure_pairs(before, after)
+    is_same = are_there(before, after)
+    odds = FIRST + measures @ np.array(list(WEIGHTS.values()))
+    return odds + np.where(is_same, SAME_BONUS, 0.0), is_same
+
+
+def measure_pairs(
+    before: Sequence[Appearance], after: Sequence[Appearance]
+) -> npt.NDArray[np.float64]:
+    """Return (n, m, 9) what is known of each pair of things, in the order of `WEIGHTS`."""
     sizes = [np.log(np.maximum([one.size for one in some], THIN)) for some in (before, after)]
     differs = np.abs(sizes[0][:, None] - sizes[1][None])
     roots = [np.sqrt([_hues(one.colours) for one in some]) for some in (before, after)]
     # Hellinger's distance.
     hues = np.sqrt(np.maximum(0.0, 1.0 - roots[0] @ roots[1].T))
-    odds = FIRST + PER_HEIGHT * differs[..., 2] + PER_LENGTH * differs[..., 1] + PER_HUES * hues
-    is_low = [np.array([one.bottom < LOW for one in some]) for some in (before, after)]
-    odds += OTHER_LEVEL * (is_low[0][:, None] != is_low[1][None])
-    is_same = _are_there(before, after, shifts)
-    moving = PER_METRE * shifts + ELSEWHERE * (shifts > FAR)
-    odds += np.where(is_same, SAME_BONUS, moving)
-    return odds, is_same
+    few = 1 / _of_pairs(np.minimum, [[one.n_views for one in some] for some in (before, after)])
+    is_low = [[one.bottom < LOW for one in some] for some in (before, after)]
+    odds = [[odds_of(one.confidence) for one in some] for some in (before, after)]
+    return np.stack(
+        [
+            differs[..., 2],
+            differs[..., 1],
+            hues,
+            few,
+            hues * few,
+            _shifts(before, after) > FAR,
+            _are_elsewhere(before, after),
+            _of_pairs(np.not_equal, is_low),
+            np.minimum(_of_pairs(np.minimum, odds), SURE),
+        ],
+        axis=-1,
+    ).astype(np.float64)
 
 
-def _are_there(before: Sequence[Appearance], after: Sequence[Appearance], shifts: Array) -> Array:
+def _of_pairs(function: np.ufunc, values: Sequence[Sequence[float]]) -> Array:
+    """Return (n, m) what a function makes of n values before and m after."""
+    found: Array = function.outer(np.asarray(values[0]), np.asarray(values[1]))
+    return found
+
+
+def _are_elsewhere(before: Sequence[Appearance], after: Sequence[Appearance]) -> Array:
+    """Return (n, m) bool: both places are known, and not the same."""
+    places = [[-1 if one.place is None else one.place for one in some] for some in (before, after)]
+    is_known = _of_pairs(np.logical_and, [[place >= 0 for place in some] for some in places])
+    elsewhere: Array = is_known & _of_pairs(np.not_equal, places)
+    return elsewhere
+
+
+def _shifts(before: Sequence[Appearance], after: Sequence[Appearance]) -> Array:
+    centres = [np.stack([one.centre for one in some]) for some in (before, after)]
+    shifts: Array = np.linalg.norm(centres[0][:, None] - centres[1][None], axis=2)
+    return shifts
+
+
+def are_there(before: Sequence[Appearance], after: Sequence[Appearance]) -> Array:
     """Return (n, m) bool: the surfaces of two lie in each other."""
+    shifts = _shifts(before, after)
     found = np.zeros(shifts.shape, np.bool_)
     around = [[grown(one.voxels) for one in some] for some in (before, after)]
     for i, j in np.argwhere(shifts < MAX_SHIFT).tolist():

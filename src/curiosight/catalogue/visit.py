@@ -75,7 +75,9 @@ class Visit:
         self._seen += [(number, one) for one in found]
         if frame.depth is not None and frame.camera is not None and frame.problem is None:
             assert frame.T_world_camera is not None
-            self.glimpses.add(frame.depth, frame.camera, frame.T_world_camera)
+            self.glimpses.add(
+                frame.depth, frame.camera, frame.T_world_camera, segmentation.labels, saliency
+            )
         return found
 
     def things(self) -> list[Thing]:
