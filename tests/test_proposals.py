@@ -76,7 +76,7 @@ def test_command_writes_what_a_teacher_can_read(
 def test_model_that_learned_nothing_ranks_nothing(
     room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    make_learner(load_config()).save(tmp_path / "model.npz")
+    make_learner(load_config(), None).save(tmp_path / "model.npz")
     told = call(capsys, "propose", room, "--model", tmp_path / "model.npz", "--out", tmp_path / "p")
     assert told.status == 0
     assert "ranked by area" in told.err
