@@ -99,6 +99,27 @@ def test_arrays_come_back_exactly_from_the_fewest_bytes(
     assert n_arrays == n_bytes
 
 
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.arange(40, dtype=np.float32)[::2],
+        np.arange(40)[::-1],
+        (np.arange(80) % 3 == 0)[::2],
+        np.broadcast_to(np.float64(0.5), 30),
+        np.arange(120.0).reshape(6, 20)[:, 3],
+    ],
+)
+def test_array_with_gaps_comes_back(
+    array: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for least in (1, 10_000):
+        monkeypatch.setattr(journal_module, "LEAST_BYTES", least)
+        (tmp_path / "j").write_bytes(MAGIC + encoded(array))
+        (back,) = read_journal(tmp_path / "j").records
+        assert (back.dtype, back.shape, back.strides) == (array.dtype, array.shape, array.strides)
+        assert back.tobytes() == array.tobytes()
+
+
 def test_cut_anywhere_it_is_read_to_its_last_whole_record(tmp_path: Path) -> None:
     content, path = write(tmp_path / "j"), tmp_path / "cut"
     ends = [len(MAGIC)]

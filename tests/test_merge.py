@@ -158,6 +158,27 @@ def test_what_cannot_be_merged_is_refused(
         merge_all([two[0]])
 
 
+def test_what_counts_nothing_or_twice_is_refused(
+    two: tuple[SaliencyLearner, SaliencyLearner], tmp_path: Path, capsys: Capsys
+) -> None:
+    blank = make_learner(load_config(), CallTeacher(label))
+    small = robot(views(OFFICE, 8, 3), 1000)
+    for name, learner in (("a", two[0]), ("copy", two[0]), ("blank", blank), ("small", small)):
+        (tmp_path / name).mkdir()
+        learner.save(tmp_path / name / "model.npz")
+    a, out = tmp_path / "a", tmp_path / "out"
+    for twice in (a, tmp_path / "copy"):
+        line = refusal(capsys, "merge", a, twice, "--out", out)
+        assert line.endswith(f"holds the same model as {a}; give each once")
+    line = refusal(capsys, "merge", a, tmp_path / "blank", "--out", out)
+    assert line.endswith("blank: has learned nothing; leave it out")
+    (tmp_path / "b").mkdir()
+    two[1].save(tmp_path / "b" / "model.npz")
+    line = refusal(capsys, "merge", a, tmp_path / "small", tmp_path / "b", "--out", out)
+    assert f"{tmp_path / 'small'}: cannot be merged" in line
+    assert not out.exists()
+
+
 def test_models_without_places_are_merged_too() -> None:
     learners = []
     for room in (KITCHEN, OFFICE):

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from command import call, refusal, succeed
+from curiosight.config import load_config
 from curiosight.evaluation.proposals import consistency, propose, run_lengths, to_coco
+from curiosight.experiments.components import make_learner
 
 INSTANCES = np.zeros((40, 60), np.uint16)
 INSTANCES[5:15, 10:30] = 1
@@ -69,6 +71,16 @@ def test_command_writes_what_a_teacher_can_read(
     assert len(scores) <= 2 * len(coco["images"])
     boxes = f"boxes:{out / 'proposals.json'}"
     assert call(capsys, "learn", room, "--teacher", boxes, "--out", tmp_path / "l").status == 0
+
+
+def test_model_that_learned_nothing_ranks_nothing(
+    room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make_learner(load_config(), None).save(tmp_path / "model.npz")
+    told = call(capsys, "propose", room, "--model", tmp_path / "model.npz", "--out", tmp_path / "p")
+    assert told.status == 0
+    assert "ranked by area" in told.err
+    assert "ranked by area" in " ".join(told.out.split())
 
 
 def test_nonsense_is_one_line(

@@ -317,7 +317,9 @@ def test_what_is_no_watch_is_refused(
     assert "SOURCE: expected one, or --resume RUN" in refusal(capsys, "watch")
     assert "does not exist" in refusal(capsys, "watch", "--resume", tmp_path / "x")
     assert "holds no command.json" in refusal(capsys, "watch", "--resume", room)
-    assert "is damaged, or no file of ours" in refusal(capsys, "watch", "--resume", model)
+    line = refusal(capsys, "watch", "--resume", model)
+    assert "was written by " in line
+    assert ", not by watch; " in line
 
 
 def test_damage_is_told(

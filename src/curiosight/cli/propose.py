@@ -52,10 +52,12 @@ def propose(
     talk = Talk(quiet=quiet, as_json=json)
     settings = load_config(preset, config, {**reading, "teacher.scene": scene, "teacher.up": up})
     learner = None if model is None else SaliencyLearner.load(load_run_model(model))
+    is_blind = learner is not None and not learner.is_trained
     folder = OutputFolder(out, "propose", source, overwrite=overwrite)
     dataset = open_source(source, reading=settings.reading)
     with announce_compilation(talk.console):
-        proposing = Proposing(settings, dataset, learner, top=top, every=every, temporal=temporal)
+        ranking = None if is_blind else learner
+        proposing = Proposing(settings, dataset, ranking, top=top, every=every, temporal=temporal)
         folder.write_text("config.toml", to_toml(settings))
         talk.introduce(source, dataset)
         with CtrlC() as ctrl_c, talk.following("propose", len(proposing)) as shown:
@@ -63,6 +65,8 @@ def propose(
                 shown.advance()
             summary = proposing.finish(folder)
     talk.warn_of(proposing.problems, summary["frames"], "told nothing")
+    if is_blind:
+        talk.warn("the model has not seen both objects and surroundings yet: ranked by area")
     rows = {"frames": summary["frames"], "proposals": summary["proposals"]}
     rows |= {"ranked by": summary["ranked_by"], "written to": folder.path}
     talk.results("propose", rows, {**summary, "out": str(folder.path)})

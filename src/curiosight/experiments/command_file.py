@@ -45,6 +45,11 @@ class GivenCommand:
             raise DataError(run, "does not exist", remedy)
         try:
             found = json.loads(path.read_text("utf-8"))
+            # Before all else: another command's may lack what this one tells of.
+            by = GivenCommand(**{field.name: found[field.name] for field in fields(GivenCommand)})
+            by.check()
+            if by.command != command:
+                raise DataError(run, f"was written by {by.command}, not by {command}", remedy)
             known = cls(**{field.name: found[field.name] for field in fields(cls)})
             known.check()
         except FileNotFoundError as error:
@@ -54,8 +59,6 @@ class GivenCommand:
             raise DataError(path, f"cannot be read ({error.strerror})", remedy) from error
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise DataError(path, "is damaged, or no file of ours", remedy) from error
-        if known.command != command:
-            raise DataError(run, f"was written by {known.command}, not by {command}", remedy)
         return known
 
 

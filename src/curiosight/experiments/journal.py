@@ -206,7 +206,8 @@ class _Laid(NamedTuple):
 def _laid_out(array: npt.NDArray[Any]) -> _Laid:
     flags = array.flags
     is_fortran = flags.f_contiguous and not flags.c_contiguous
-    flat = (array.T if is_fortran else array).reshape(-1)
+    # Of one that has gaps, a copy: what lies between its elements is not its own.
+    flat = np.ascontiguousarray((array.T if is_fortran else array).reshape(-1))
     name = array.dtype.str
     said = name, array.shape, "F" if is_fortran else "C"
     if flat.nbytes <= LEAST_BYTES:

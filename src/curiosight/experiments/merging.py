@@ -12,7 +12,7 @@ from curiosight.experiments.exploring import CONFIG, SUMMARY, run_settings
 from curiosight.experiments.output import OutputFolder
 from curiosight.learner.archive import MODEL, find_model
 from curiosight.learner.learner import SaliencyLearner
-from curiosight.learner.merging import merge_all
+from curiosight.learner.merging import check_mergeable, fingerprint, merge_all
 
 
 def merge_runs(
@@ -20,17 +20,19 @@ def merge_runs(
 ) -> dict[str, Any]:
     """Write model.npz, config.toml and summary.json of two or more runs; return the summary.
 
-    Which run comes first does not matter. Raises `DataError` for a run without a model, and for
-    one whose model was made with other settings than the first.
+    Which run comes first does not matter. Raises `DataError` for a run without a model, for one
+    that learned nothing or is given twice, and for one whose model was made with other settings
+    than the first.
     """
-    paths = [find_model(run) for run in runs]
-    learners = [SaliencyLearner.load(path) for path in paths]
+    learners = _load_each(runs)
     config = min((load_config(None, run_settings(run)) for run in runs), key=to_toml)
-    try:
-        merged = merge_all(learners, n_threads=n_threads or config.run.n_threads)
-    except ValueError as error:
-        remedy = "merge runs of the same settings"
-        raise DataError(runs[-1], f"cannot be merged ({error})", remedy) from error
+    for run, learner in zip(runs[1:], learners[1:], strict=True):
+        try:
+            check_mergeable(learners[0], learner)
+        except ValueError as error:
+            remedy = "merge runs of the same settings"
+            raise DataError(run, f"cannot be merged ({error})", remedy) from error
+    merged = merge_all(learners, n_threads=n_threads or config.run.n_threads)
     out.write_text(CONFIG, to_toml(config))
     merged.save(out.file(MODEL))
     summary = {
@@ -41,3 +43,17 @@ def merge_runs(
     }
     out.write_json(SUMMARY, summary)
     return summary
+
+
+def _load_each(runs: Sequence[Path]) -> list[SaliencyLearner]:
+    """Return the model of each run; what a model knows may count once only."""
+    learners, run_of = [], dict[str, Path]()
+    for run in runs:
+        learner = SaliencyLearner.load(find_model(run))
+        if not learner.is_trained:
+            raise DataError(run, "has learned nothing", "leave it out")
+        if (same := run_of.get(known := fingerprint(learner))) is not None:
+            raise DataError(run, f"holds the same model as {same}", "give each once")
+        run_of[known] = run
+        learners.append(learner)
+    return learners
