@@ -53,7 +53,7 @@ class Proposing:
                 segmentation = self._teacher.segment(frame)
                 saliency = None
                 if self._learner is not None and segmentation.problem is None:
-                    saliency = self._learner.saliency(frame.rgb)
+                    saliency = self._learner.saliency(frame.rgb, frame.T_world_camera)
                 found = propose(segmentation.instances(), saliency, top=self._top)
                 height, width = frame.rgb.shape[:2]
                 self._proposals[frame.id], self._sizes[frame.id] = found, (height, width)
