@@ -127,13 +127,30 @@ def test_missing_extra_is_named(
 
     def without(name: str, *rest: Any) -> Any:
         if name == package:
-            raise ImportError(name)
+            raise ModuleNotFoundError(name)
         return usual(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
     line = refusal(capsys, "watch", f"{kind}:", "--learn")
     assert line == (
         f"curiosight: {kind}: needs {package}, which is missing; pip install 'curiosight[{kind}]'"
+    )
+
+
+def test_missing_library_of_the_system_is_named(
+    capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name == "pyrealsense2":
+            raise ImportError("libusb-1.0.so.0: cannot open shared object file")
+        return usual(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert refusal(capsys, "watch", "realsense:", "--learn") == (
+        "curiosight: realsense: pyrealsense2 cannot be loaded (libusb-1.0.so.0: cannot open shared "
+        "object file); install that library; libusb is libusb-1.0-0 on Debian and Ubuntu"
     )
 
 

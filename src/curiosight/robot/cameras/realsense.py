@@ -154,7 +154,7 @@ class RealSense:
 def open_realsense(which: str) -> RealSense:
     """Open a camera by its serial number, the first where none is given, or play a recording.
 
-    Raises `CameraError` where there is none, or pyrealsense2 is not installed.
+    Raises `CameraError` where there is none, or pyrealsense2 is not installed or cannot be loaded.
     """
     name = f"realsense:{which}" if which else "realsense"
     rs = _module(name)
@@ -188,9 +188,12 @@ def _playback(rs: Any, name: str, path: str) -> Any:
 def _module(name: str) -> Any:
     try:
         import pyrealsense2
-    except ImportError:
+    except ModuleNotFoundError:
         found = "needs pyrealsense2, which is missing"
         raise CameraError(name, found, "pip install 'curiosight[realsense]'") from None
+    except ImportError as error:  # it is there, and a library of the system that it needs is not
+        remedy = "install that library; libusb is libusb-1.0-0 on Debian and Ubuntu"
+        raise CameraError(name, f"pyrealsense2 cannot be loaded ({error})", remedy) from None
     return pyrealsense2
 
 
