@@ -124,6 +124,13 @@ def seen_visits(seed: int, n_views: int, cache: Path) -> tuple[list[Path], list[
     return folders, visits
 
 
+def judged(visits: Sequence[Visit], folders: Sequence[Path]) -> dict[str, Any]:
+    """Return the figures of a catalogue of two visits, by the weights as they are."""
+    catalogue = Catalogue()
+    first = catalogue.add(visits[0])
+    return score(first, catalogue.add(visits[1]), folders)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seeds", type=int, nargs="+", required=True, help="of homes")
@@ -133,11 +140,8 @@ def main() -> None:
     kept: dict[str, Any] = {}
     for seed in arguments.seeds:
         folders, visits = seen_visits(seed, arguments.views, arguments.cache)
-        catalogue = Catalogue()
-        first = catalogue.add(visits[0])
-        last = catalogue.add(visits[1])
         source = f"home:{seed},views={arguments.views}"
-        kept[source] = score(first, last, folders)
+        kept[source] = judged(visits, folders)
         print(source, json.dumps(kept[source]), flush=True)
     kept["all"] = together(list(kept.values()))
     print("all", json.dumps(kept["all"]))

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from objects import right_pairs, score, seen_visits, together
+from objects import judged, right_pairs, seen_visits, together
 from objects_truth import read_truth
 
 from curiosight.catalogue import Catalogue, Entry, Thing, Visit, confidence, matching
@@ -120,13 +120,6 @@ def _set(module: ModuleType, first: float, weights: Sequence[float]) -> None:
     module.__dict__["WEIGHTS"] = dict(zip(module.__dict__["WEIGHTS"], weights, strict=True))
 
 
-def judged(home: Home) -> dict[str, Any]:
-    """Return the figures of a home by the weights as they are."""
-    catalogue = Catalogue()
-    first = catalogue.add(home.visits[0])
-    return score(first, catalogue.add(home.visits[1]), home.folders)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seeds", type=int, nargs="+", required=True, help="of homes, two or more")
@@ -142,7 +135,7 @@ def main() -> None:
         others = [other for other in homes.values() if other is not home]
         fit_things(others)
         fit_pairs(others)
-        kept[f"home:{seed}"] = judged(home)
+        kept[f"home:{seed}"] = judged(home.visits, home.folders)
         print(seed, json.dumps(kept[f"home:{seed}"]), flush=True)
     kept["all"] = together(list(kept.values()))
     print("all", json.dumps(kept["all"]))

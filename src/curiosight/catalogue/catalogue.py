@@ -212,4 +212,4 @@ def _again(entry: Entry, found: Entry, *, is_same: bool) -> Entry:
 
 def _both_sure(*shares: float) -> float:
     """Return how sure it is of a thing that two visits show: the mean of their log-odds."""
-    return share_of(float(np.mean([odds_of(share) for share in shares])))
+    return float(share_of(np.mean([odds_of(share) for share in shares])))

@@ -50,9 +50,10 @@ def odds_of(share: float) -> float:
     return float(np.log(share / (1 - share)))
 
 
-def share_of(odds: float) -> float:
-    """Return the share in [0, 1] of log-odds."""
-    return float(1 / (1 + np.exp(-odds)))
+def share_of(odds: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the shares in [0, 1] of log-odds, of the same shape."""
+    shares: npt.NDArray[np.float64] = 1 / (1 + np.exp(-np.asarray(odds)))
+    return shares
 
 
 def confidence_of(measures: Array) -> npt.NDArray[np.float64]:
@@ -60,9 +61,7 @@ def confidence_of(measures: Array) -> npt.NDArray[np.float64]:
 
     measures: (n, 14), see `measure_things`.
     """
-    odds = FIRST + measures @ np.array(list(WEIGHTS.values()))
-    shares: npt.NDArray[np.float64] = 1 / (1 + np.exp(-odds))
-    return shares
+    return share_of(FIRST + measures @ np.array(list(WEIGHTS.values())))
 
 
 def measure_things(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 from curiosight.frame import Frame
@@ -27,6 +28,22 @@ class CameraError(Exception):
 
     def __str__(self) -> str:
         return f"{self.source}: {self.found}; {self.remedy}"
+
+
+@contextmanager
+def importing(name: str, package: str, extra: str, remedy: str) -> Iterator[None]:
+    """Import a camera's package inside; raise `CameraError` where it is missing or cannot load.
+
+    name: of the camera. extra: what the package comes with. remedy: where it is there, and a
+    library of the system that it needs is not.
+    """
+    try:
+        yield
+    except ModuleNotFoundError:
+        found = f"needs {package}, which is missing"
+        raise CameraError(name, found, f"pip install 'curiosight[{extra}]'") from None
+    except ImportError as error:
+        raise CameraError(name, f"{package} cannot be loaded ({error})", remedy) from None
 
 
 class Device(Protocol):

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from curiosight.datasets.depth_files import MILLIMETRES, DepthForm
 from curiosight.datasets.layouts.ros_bag import frame_id
 from curiosight.frame import Camera, Depth, Frame, Rgb
-from curiosight.robot.cameras.camera import CameraError
+from curiosight.robot.cameras.camera import CameraError, importing
 from curiosight.robot.feed import RATE_HZ, EndedError
 
 SIZE = (640, 400)
@@ -191,9 +191,6 @@ def _replay(name: str, path: str) -> Oak:
 def depthai(name: str) -> Any:
     """Import depthai, silent about the USB of this machine."""
     os.environ.setdefault("DEPTHAI_LEVEL", "off")
-    try:
+    with importing(name, "depthai", "oak", "install that library"):
         import depthai as dai
-    except ImportError:
-        remedy = "pip install 'curiosight[oak]'"
-        raise CameraError(name, "needs depthai, which is missing", remedy) from None
     return dai

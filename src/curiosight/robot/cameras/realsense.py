@@ -20,7 +20,7 @@ from curiosight.datasets.cameras.depth_camera import DepthCamera, with_window
 from curiosight.datasets.depth_files import DepthForm
 from curiosight.datasets.layouts.ros_bag import frame_id
 from curiosight.frame import Camera, Frame
-from curiosight.robot.cameras.camera import CameraError
+from curiosight.robot.cameras.camera import CameraError, importing
 from curiosight.robot.cameras.pairing import Pairing
 from curiosight.robot.feed import RATE_HZ, EndedError
 
@@ -186,14 +186,9 @@ def _playback(rs: Any, name: str, path: str) -> Any:
 
 
 def _module(name: str) -> Any:
-    try:
+    remedy = "install that library; libusb is libusb-1.0-0 on Debian and Ubuntu"
+    with importing(name, "pyrealsense2", "realsense", remedy):
         import pyrealsense2
-    except ModuleNotFoundError:
-        found = "needs pyrealsense2, which is missing"
-        raise CameraError(name, found, "pip install 'curiosight[realsense]'") from None
-    except ImportError as error:  # it is there, and a library of the system that it needs is not
-        remedy = "install that library; libusb is libusb-1.0-0 on Debian and Ubuntu"
-        raise CameraError(name, f"pyrealsense2 cannot be loaded ({error})", remedy) from None
     return pyrealsense2
 
 
