@@ -19,6 +19,7 @@ from curiosight.catalogue.confidence import (
 from curiosight.catalogue.detection import Detection
 from curiosight.catalogue.glimpses import Glimpses
 from curiosight.catalogue.grouping import group_detections
+from curiosight.catalogue.hues import N_BANDS, N_BINS, N_HUES
 from curiosight.catalogue.matching import Appearance, match_things, weigh_pairs
 from curiosight.catalogue.voxels import SIDE, centres_of, grown, share_in, voxels_of
 from curiosight.frame import Camera, Frame, Label
@@ -138,7 +139,7 @@ def blob(x: float, width: float) -> Detection:
     """Return a detection of a plate of so many metres, 12 cm deep."""
     xs, ys = np.meshgrid(np.arange(x, x + width, 0.01), np.arange(0, 0.12, 0.01))
     points = np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, 0.005)], axis=1)
-    nothing = np.zeros(300, np.float32)
+    nothing = np.zeros(N_HUES, np.float32)
     mask = np.ones((12, round(100 * width)), np.bool_)
     size = (0, 0, mask.shape[1], 12)
     return Detection(size, mask, voxels_of(points), nothing, 0.0, "table", 1.0, True, np.nan)
@@ -195,10 +196,10 @@ def test_box_is_upright_and_turned_as_the_thing_is() -> None:
 
 def test_one_thing_is_matched_once_and_by_its_hue() -> None:
     def looks(hue: int, x: float) -> Appearance:
-        colours = np.zeros((3, 10, 10))
-        colours[:, hue, hue] = 1 / 3
+        hues = np.zeros((N_BANDS, N_BINS, N_BINS))
+        hues[:, hue, hue] = 1 / N_BANDS
         surface = voxels_of(np.array([[x, 0.0, 0.0], [x + 0.1, 0.0, 0.0]]))
-        return Appearance(np.array([x, 0, 0]), (0.1, 0.1, 0.2), colours.ravel(), surface)
+        return Appearance(np.array([x, 0, 0]), (0.1, 0.1, 0.2), hues.ravel(), surface)
 
     before = [looks(2, 0.0), looks(8, 1.0), looks(5, 2.0)]
     after = [looks(8, 1.6), looks(2, 0.0)]
@@ -209,8 +210,8 @@ def test_one_thing_is_matched_once_and_by_its_hue() -> None:
 def test_a_pair_is_less_likely_in_another_place_on_another_level_or_where_one_is_doubtful() -> None:
     def thing(**changes: object) -> Appearance:
         surface = voxels_of(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
-        colours = np.full(300, 1 / 300)
-        made = Appearance(np.zeros(3), (0.1, 0.1, 0.2), colours, surface, 0.0, 1, 9, 0.95)
+        hues = np.full(N_HUES, 1 / N_HUES)
+        made = Appearance(np.zeros(3), (0.1, 0.1, 0.2), hues, surface, 0.0, 1, 9, 0.95)
         return replace(made, **changes)
 
     elsewhere = voxels_of(np.array([[3.0, 0.0, 0.0]]))

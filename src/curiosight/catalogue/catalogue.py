@@ -187,7 +187,7 @@ def appearances_of(entries: Sequence[Entry]) -> list[Appearance]:
         Appearance(
             centre,
             one.size_m,
-            one.thing.colours,
+            one.thing.hues,
             one.thing.voxels,
             bottom - lowest,
             one.place,

@@ -1,4 +1,4 @@
-"""What one view shows of a thing: its points in the world, its colours, what it stands on."""
+"""What one view shows of a thing: its points in the world, its hues, what it stands on."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from curiosight.catalogue.hues import Hues, count_hues
 from curiosight.catalogue.voxels import Voxels, voxels_of
 from curiosight.frame import Camera, Frame, Label, Pose
 from curiosight.teacher import Cluster, Segmentation, Verdict
@@ -25,14 +26,6 @@ UNDECIDED = frozenset({Verdict.CUT, Verdict.FAR, Verdict.SMALL, Verdict.FLAT})
 MIN_MASK_PX, STEP_M = 400, 0.05
 # Readings at a thing's edge lie between it and what is behind: so many of them are left out.
 EDGE_PX = 1
-# Bins of the two hues, in each of so many bands from a thing's top to its bottom. Lightness is left
-# out: what is carried elsewhere stands in other light.
-N_BANDS, N_HUES = 3, 10
-COLOUR_BINS = (N_BANDS, N_HUES, N_HUES)
-N_COLOURS = N_BANDS * N_HUES * N_HUES
-HUE_LOW, HUE_HIGH = 90, 165
-# A camera that looks steeper than this, as the sine, sees no top and bottom.
-MIN_LEVEL = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +34,7 @@ class Detection:
 
     box: (x, y, width, height) in pixels. mask: (height, width) bool, inside the box.
     voxels: of its surface in the world, see `voxels_of`.
-    colours: (300,) float32, how many of its pixels have each hue, in three bands of height.
+    hues: (972,) float32, how many of its pixels have each, see `count_hues`.
     base: metres along up at which it stands; NaN = not known. support: what it stands on.
     distance: median metres along z.
     is_decided: depth says that it is a thing; else only a map can.
@@ -51,7 +44,7 @@ class Detection:
     box: tuple[int, int, int, int]
     mask: Mask
     voxels: Voxels
-    colours: npt.NDArray[np.float32]
+    hues: Hues
     base: float
     support: str
     distance: float
@@ -143,7 +136,7 @@ def _detection(
         box=(u, v, width, height),
         mask=mask,
         voxels=voxels_of(points @ pose[:3, :3].T + pose[:3, 3]),
-        colours=_count_colours(
+        hues=count_hues(
             frame.rgb[inside], mask, None if up_world is None else pose[:3, :3].T @ up_world
         ),
         base=base,
@@ -198,27 +191,3 @@ def _standing(
     heights = [lowest.offset - support.plane.offset for support in supports]
     nearest = int(np.argmin(np.abs(np.array(heights) - cluster.support_height)))
     return level + cluster.support_height, supports[nearest].name
-
-
-def _count_colours(
-    rgb: npt.NDArray[np.uint8], mask: Mask, up: Array | None
-) -> npt.NDArray[np.float32]:
-    """Return (300,) how many pixels of a mask have each hue, band by band from the top.
-
-    up: (3,) unit vector in the camera's frame; None = against the image's rows.
-    """
-    lab = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2LAB)[mask].astype(np.float32)
-    hues = np.clip((lab[:, 1:] - HUE_LOW) / (HUE_HIGH + 1 - HUE_LOW), 0, 0.999)
-    bins = (hues * N_HUES).astype(np.int64) @ np.array([N_HUES, 1])
-    counts = np.zeros((N_BANDS, N_HUES * N_HUES), np.float32)
-    across, down = (0.0, 1.0) if up is None else (-float(up[0]), -float(up[1]))
-    if np.hypot(across, down) < MIN_LEVEL:
-        counts[:] = np.bincount(bins, minlength=N_HUES * N_HUES) / N_BANDS
-        return counts.ravel()
-    v, u = np.nonzero(mask)
-    below = u * across + v * down
-    ends = np.quantile(below, np.arange(1, N_BANDS) / N_BANDS)
-    bands = np.searchsorted(ends, below)
-    for band in range(N_BANDS):
-        counts[band] = np.bincount(bins[bands == band], minlength=N_HUES * N_HUES)
-    return counts.ravel()

@@ -1,4 +1,4 @@
-"""Which thing of a later visit is which of an earlier one: by place, size and colours.
+"""Which thing of a later visit is which of an earlier one: by place, size and hues.
 
 One assignment for all (see `best_pairs`), each at most once on both sides: what two things have in
 common is weighed as log-odds, and a pair that too little speaks for is none.
@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from curiosight.catalogue.confidence import odds_of
-from curiosight.catalogue.detection import COLOUR_BINS
+from curiosight.catalogue.hues import hue_distances
 from curiosight.catalogue.voxels import Voxels, grown, share_in
 from curiosight.frame.assignment import best_pairs
 
@@ -26,21 +25,21 @@ Array = npt.NDArray[Any]
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
 # What tells whether two things are one that was carried elsewhere, as log-odds: fitted by logistic
 # regression on drawn homes, see benchmarks/objects_fit.py.
-FIRST = 4.05
+FIRST = 5.96
 WEIGHTS = {
     # E-folds of height and of length by which they differ.
-    "height": -6.36,
-    "length": -3.8,
+    "height": -5.35,
+    "length": -3.07,
     # Distance of their hues: 0 = the same, 1 = none shared; and where few views tell them.
-    "hues": -13.84,
-    "few": 0.31,
-    "hues_of_few": 5.6,
+    "hues": -15.83,
+    "few": 0.61,
+    "hues_of_few": 5.33,
     # Farther than things are mostly carried; in another place; from a table to the floor.
-    "far": -1.67,
-    "elsewhere": -4.74,
-    "other_level": -3.06,
+    "far": -1.94,
+    "elsewhere": -4.24,
+    "other_level": -2.47,
     # How sure both are to be things: log-odds of the less sure one, no more than `SURE`.
-    "sure": 0.74,
+    "sure": 0.82,
 }
 FAR, SURE = 6.0, 2.0
 # What stands less high than this, metres, is on the floor.
@@ -48,9 +47,7 @@ LOW = 0.2
 # What stays is likelier than what moves.
 SAME_BONUS = 4.0
 # A pair that less speaks for is two things.
-MIN_ODDS = -4.0
-# Hues beside each other are alike: standard deviation in bins.
-BLUR, BLUR_SIZE = 0.5, (5, 5)
+MIN_ODDS = -3.0
 # No thing is thinner, by the cubes that it is made of; metres.
 THIN = 0.03
 
@@ -59,7 +56,7 @@ THIN = 0.03
 class Appearance:
     """What a thing is known again by.
 
-    centre: (3,) metres in the world. size: metres, width, length, height. colours: (300,) shares.
+    centre: (3,) metres in the world. size: metres, width, length, height. hues: (972,) shares.
     voxels: of its surface, see `voxels_of`. bottom: metres over the lowest thing of its visit.
     place: number of the place it is in; None = not known. n_views: that show it. confidence: in
     [0, 1], that it is a thing.
@@ -67,7 +64,7 @@ class Appearance:
 
     centre: Array
     size: tuple[float, float, float]
-    colours: npt.NDArray[np.float64]
+    hues: npt.NDArray[np.float64]
     voxels: Voxels
     bottom: float = 0.0
     place: int | None = None
@@ -105,9 +102,7 @@ def measure_pairs(
     """Return (n, m, 9) what is known of each pair of things, in the order of `WEIGHTS`."""
     sizes = [np.log(np.maximum([one.size for one in some], THIN)) for some in (before, after)]
     differs = np.abs(sizes[0][:, None] - sizes[1][None])
-    roots = [np.sqrt([_hues(one.colours) for one in some]) for some in (before, after)]
-    # Hellinger's distance.
-    hues = np.sqrt(np.maximum(0.0, 1.0 - roots[0] @ roots[1].T))
+    hues = hue_distances(*([one.hues for one in some] for some in (before, after)))
     few = 1 / _of_pairs(np.minimum, [[one.n_views for one in some] for some in (before, after)])
     is_low = [[one.bottom < LOW for one in some] for some in (before, after)]
     odds = [[odds_of(one.confidence) for one in some] for some in (before, after)]
@@ -159,12 +154,3 @@ def are_there(before: Sequence[Appearance], after: Sequence[Appearance]) -> Arra
         )
         found[i, j] = sum(shares) / 2 > MIN_OVERLAP
     return found
-
-
-def _hues(colours: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return (300,) the share of each hue, neighbours among it, in bands of height."""
-    bands = colours.reshape(COLOUR_BINS)
-    blurred = [
-        cv2.GaussianBlur(band, BLUR_SIZE, BLUR, borderType=cv2.BORDER_REPLICATE) for band in bands
-    ]
-    return np.concatenate(blurred, axis=None).astype(np.float64)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from curiosight.catalogue.boxes import upright_box
 from curiosight.catalogue.detection import Detection
 from curiosight.catalogue.grouping import group_detections
+from curiosight.catalogue.hues import mean_hues
 from curiosight.catalogue.voxels import Voxels, centres_of, grown, share_in
 from curiosight.frame import Pose
 
@@ -73,11 +74,9 @@ class Thing:
         return np.stack([centres.min(0) - 0.05, centres.max(0) + 0.05])
 
     @cached_property
-    def colours(self) -> npt.NDArray[np.float64]:
-        """(300,) the share of each hue in bands of height, of all views together."""
-        counts: npt.NDArray[np.float64] = np.sum([one.colours for _, one in self.seen], axis=0)
-        shares: npt.NDArray[np.float64] = counts / max(counts.sum(), 1.0)
-        return shares
+    def hues(self) -> npt.NDArray[np.float64]:
+        """(972,) the share of each hue, of all views, see `mean_hues`."""
+        return mean_hues([one.hues for _, one in self.seen])
 
     @cached_property
     def saliency(self) -> float:
