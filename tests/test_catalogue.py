@@ -157,6 +157,37 @@ def test_a_view_in_which_two_things_are_one_joins_them_not() -> None:
     assert np.allclose(centres, (0.075, 0.285), atol=0.05)
 
 
+def upright(low: float, high: float, width: float, x: float = 0.0) -> Detection:
+    """Return a detection of a square pillar over a floor at 0, metres."""
+    sides = np.arange(-width / 2, width / 2 + 0.01, 0.015)
+    points = np.stack(np.meshgrid(sides + x, sides, np.arange(low, high, 0.015)), axis=-1)
+    flat = replace(blob(0.0, 0.12), voxels=voxels_of(points.reshape(-1, 3)))
+    return replace(flat, support="floor")
+
+
+@pytest.mark.parametrize(
+    ("upper", "n_things"),
+    [
+        (upright(0.42, 0.8, 0.5), 1),  # a seat over its foot, which views show apart
+        (upright(0.42, 0.8, 0.3, 0.6), 2),  # beside it: of something else that is not known
+        (upright(0.7, 0.9, 0.3), 2),  # on a board high over it
+        (replace(upright(0.42, 0.8, 0.5), base=0.42), 2),  # on a support of its own
+        (replace(upright(0.42, 0.8, 0.5), base=np.nan), 2),
+    ],
+)
+def test_what_hangs_in_the_air_is_one_with_what_is_under_it(
+    upper: Detection, n_things: int
+) -> None:
+    foot = upright(0.0, 0.36, 0.4)
+    seen = [(view, one) for view in range(4) for one in (foot, upper)]
+    things = find_things(seen, UP)
+    assert len(things) == n_things
+    if n_things == 1:
+        pose, size = things[0].box(UP)
+        assert np.allclose([pose[2, 3], size[2]], [0.4, 0.8], atol=0.04)
+    assert {view for thing in things for view in thing.views} == {0, 1, 2, 3}
+
+
 def test_of_a_long_visit_every_few_views_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("curiosight.catalogue.things.MAX_DETECTIONS", 5)
     (thing,) = find_things([(view, blob(0.0, 0.15)) for view in range(20)])
@@ -296,5 +327,7 @@ def test_confidence_falls_where_views_see_floor_and_in_a_part_of_a_better_known_
     assert (confidence_of(on_floor) < confidence_of(measures)).all()
     alone = measure_things(things[1:], sizes[1:], n_pixels[1:], plate(0.0, Label.SALIENT))
     assert confidence_of(alone)[0] > confidence_of(measures)[1]
+    large = measure_things(things, sizes, [64 * 480] * 2, plate(0.0, Label.SALIENT))
+    assert (confidence_of(large) > confidence_of(measures)).all()
     for share in (0.0, 0.3, 1.0):
         assert abs(share_of(odds_of(share)) - share) < 1e-5

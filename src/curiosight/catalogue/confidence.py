@@ -15,29 +15,30 @@ from curiosight.catalogue.voxels import grown, share_in
 Array = npt.NDArray[Any]
 # What is known of a thing, and what each tells as log-odds: fitted by logistic regression on drawn
 # homes, see benchmarks/objects_fit.py.
-FIRST = -0.07
+FIRST = -0.64
 WEIGHTS = {
-    # E-folds of views, of those in which depth decided, and of pixels of its best view (of 1000 in
-    # a 640x480 image).
-    "views": 1.08,
-    "decided": 0.15,
-    "pixels": 0.17,
+    # E-folds of views, and of those that show it with 400 pixels and with 1000, see `SHOWN_PX`.
+    "views": 0.45,
+    "shown": 0.4,
+    "shown_well": 0.7,
     # E-folds of metres.
-    "width": 1.85,
-    "length": -1.01,
-    "height": -0.79,
+    "width": 1.89,
+    "length": -1.05,
+    "height": -1.12,
     # Shares: of it in a better known thing, of that in it, and of its views that show both.
-    "in_other": -5.7,
-    "other_in": 3.48,
-    "apart": -2.23,
+    "in_other": -5.9,
+    "other_in": 3.71,
+    "apart": -2.17,
     # E-folds of the share of the views that show its place; shares of what those say of it.
-    "of_shown": 0.82,
-    "salient": 1.67,
-    "not_salient": -5.22,
+    "of_shown": 0.95,
+    "salient": 1.6,
+    "not_salient": -6.01,
     # Whether it stands on a floor; mean share of it that its views find.
-    "on_floor": -1.51,
-    "agreed": 2.2,
+    "on_floor": -1.3,
+    "agreed": 2.68,
 }
+# A view shows a thing, or shows it well, by so many pixels in an image of `IMAGE_PX`.
+SHOWN_PX, SHOWN_WELL_PX, IMAGE_PX = 400, 1000, 640 * 480
 # No thing is thinner, by the cubes that it is made of; metres.
 THIN = 0.03
 # Nothing is surer than this.
@@ -80,11 +81,11 @@ def measure_things(
         better = [things[other] for other in order[:rank]]
         thing, n_views = things[place], len(things[place].views)
         told = glimpses.ask_about(thing.voxels)
-        n_pixels = thing.best[1].n_pixels * 640 * 480 / n_image_pixels[place]
+        scale = IMAGE_PX / n_image_pixels[place]
         measures[place] = [
             np.log(n_views),
-            np.log(thing.n_decided + 0.5),
-            np.log(n_pixels / 1000),
+            np.log(_n_views_with(thing, SHOWN_PX / scale) + 0.5),
+            np.log(_n_views_with(thing, SHOWN_WELL_PX / scale) + 0.5),
             *np.log(np.maximum(sizes[place], THIN)),
             *_inside(thing, better),
             np.log((n_views + 0.5) / (told.n_views + 1)),
@@ -94,6 +95,11 @@ def measure_things(
             np.mean([share_in(thing.voxels, grown(one.voxels)) for _, one in thing.seen]),
         ]
     return measures
+
+
+def _n_views_with(thing: Thing, n_pixels: float) -> int:
+    """Return how many views show so much of a thing."""
+    return len({view for view, one in thing.seen if one.n_pixels >= n_pixels})
 
 
 def _known(thing: Thing) -> tuple[int, int, int]:

@@ -25,21 +25,21 @@ Array = npt.NDArray[Any]
 MIN_OVERLAP, MAX_SHIFT = 0.6, 0.5
 # What tells whether two things are one that was carried elsewhere, as log-odds: fitted by logistic
 # regression on drawn homes, see benchmarks/objects_fit.py.
-FIRST = 5.96
+FIRST = 6.55
 WEIGHTS = {
     # E-folds of height and of length by which they differ.
-    "height": -5.35,
-    "length": -3.07,
+    "height": -5.42,
+    "length": -3.12,
     # Distance of their hues: 0 = the same, 1 = none shared; and where few views tell them.
-    "hues": -15.83,
-    "few": 0.61,
-    "hues_of_few": 5.33,
+    "hues": -16.34,
+    "few": -0.21,
+    "hues_of_few": 5.83,
     # Farther than things are mostly carried; in another place; from a table to the floor.
     "far": -1.94,
-    "elsewhere": -4.24,
-    "other_level": -2.47,
+    "elsewhere": -4.25,
+    "other_level": -2.54,
     # How sure both are to be things: log-odds of the less sure one, no more than `SURE`.
-    "sure": 0.82,
+    "sure": 0.71,
 }
 FAR, SURE = 6.0, 2.0
 # What stands less high than this, metres, is on the floor.

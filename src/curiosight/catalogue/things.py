@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from curiosight.catalogue.boxes import upright_box
 from curiosight.catalogue.detection import Detection
 from curiosight.catalogue.grouping import group_detections
 from curiosight.catalogue.hues import mean_hues
-from curiosight.catalogue.voxels import Voxels, centres_of, grown, share_in
+from curiosight.catalogue.voxels import SIDE, Voxels, centres_of, grown, share_in
 from curiosight.frame import Pose
 
 Array = npt.NDArray[Any]
@@ -30,8 +30,11 @@ MIN_EACH, MIN_INSIDE, MAX_APART = 0.5, 0.35, 1 / 3
 # What lies in a better known thing by this share and is at most so large beside it is a part of it;
 # so is what lies in the box around one that twice as many views show, as a chair's legs do.
 MIN_PART, MAX_PART, MIN_BOXED = 0.5, 0.5, 0.8
-# What is farther over its support than this, metres, stands on something else that is not known.
-MAX_GAP = 0.15
+# What is farther over its support than this, metres, stands on something else that is not known;
+# if that is a thing that ends at most so far below, and under this share of it, the two are one.
+MAX_GAP, MAX_BETWEEN, MIN_UNDER = 0.15, 0.12, 0.6
+# Surfaces that reach so far into each other, metres, may still be one over the other.
+MAX_INTO = 0.1
 
 
 class Thing:
@@ -90,13 +93,24 @@ class Thing:
 
     def box(self, up: Array) -> tuple[Pose, tuple[float, float, float]]:
         """Return T_world_centre and its size, see `upright_box`. up: (3,) unit vector."""
-        points = centres_of(self.voxels)
+        base = None if self.hangs(up) else self.base
+        return upright_box(centres_of(self.voxels), up, base)
+
+    @cached_property
+    def base(self) -> float | None:
+        """At how many metres along up its support is; None = not known."""
         bases = np.array([one.base for _, one in self.seen])
         bases = bases[np.isfinite(bases)]
-        base = float(np.median(bases)) if len(bases) else None
-        if base is not None and np.quantile(points @ up, 0.02) - base > MAX_GAP:
-            base = None
-        return upright_box(points, up, base)
+        return float(np.median(bases)) if len(bases) else None
+
+    def span(self, up: Array) -> tuple[float, float]:
+        """Return from where to where it reaches along up, metres."""
+        low, high = np.quantile(centres_of(self.voxels) @ up, (0.02, 0.98)).tolist()
+        return low, high
+
+    def hangs(self, up: Array) -> bool:
+        """Tell whether it seems to hang in the air over its support."""
+        return self.base is not None and self.span(up)[0] - self.base > MAX_GAP
 
     @property
     def support(self) -> str:
@@ -110,26 +124,41 @@ class Thing:
         return bool((low < other_high).all() and (other_low < high).all())
 
 
-def find_things(seen: Sequence[tuple[int, Detection]]) -> list[Thing]:
+def find_things(
+    seen: Sequence[tuple[int, Detection]], up: tuple[float, float, float] | Array = (0.0, 0.0, 1.0)
+) -> list[Thing]:
     """Return the things that views show, those that most views show first.
 
     seen: the number of a view and what it shows, of all views. What depth leaves in doubt
     counts where the map says salient. Of more than `MAX_DETECTIONS` those of every few views count.
+    up: (3,) unit vector in the world.
     """
     certain = _thinned(
         [(view, one) for view, one in seen if one.is_decided or one.saliency > MIN_SALIENCY]
     )
     groups = group_detections([view for view, _ in certain], [one for _, one in certain])
     things = [Thing([certain[place] for place in group]) for group in groups]
-    things.sort(key=lambda one: (-one.n_decided, -len(one.views), one.seen[0][0]))
+    kept = _joined(_by_views(things), _are_one)
+    kept.sort(key=lambda one: one.span(np.asarray(up))[0])
+    kept = _by_views(_joined(kept, lambda lower, upper: _is_under(lower, upper, np.asarray(up))))
+    return [thing for thing in kept if not (_is_part(thing, kept) or _is_several(thing, kept))]
+
+
+def _by_views(things: Sequence[Thing]) -> list[Thing]:
+    """Return things in order, the best known first."""
+    return sorted(things, key=lambda one: (-one.n_decided, -len(one.views), one.seen[0][0]))
+
+
+def _joined(things: Sequence[Thing], are_one: Callable[[Thing, Thing], bool]) -> list[Thing]:
+    """Return things, each joined to the first before it that it is one with."""
     kept: list[Thing] = []
     for thing in things:
-        same = next((i for i, other in enumerate(kept) if _are_one(other, thing)), None)
+        same = next((i for i, other in enumerate(kept) if are_one(other, thing)), None)
         if same is None:
             kept.append(thing)
         else:
             kept[same] = Thing([*kept[same].seen, *thing.seen])
-    return [thing for thing in kept if not (_is_part(thing, kept) or _is_several(thing, kept))]
+    return kept
 
 
 def _thinned(seen: list[tuple[int, Detection]]) -> list[tuple[int, Detection]]:
@@ -148,6 +177,23 @@ def _are_one(known: Thing, other: Thing) -> bool:
     n_apart = len(known.views & other.views)
     is_apart = n_apart > MAX_APART * min(len(known.views), len(other.views))
     return max(shares) > MIN_INSIDE and not is_apart
+
+
+def _is_under(lower: Thing, upper: Thing, up: Array) -> bool:
+    """Tell whether a thing carries another, that else hung in the air: a foot, and a seat."""
+    if lower.support != upper.support or not upper.hangs(up):
+        return False
+    between = upper.span(up)[0] - lower.span(up)[1]
+    if not -MAX_INTO < between < MAX_BETWEEN:
+        return False
+    return max(_share_over(lower, upper, up), _share_over(upper, lower, up)) > MIN_UNDER
+
+
+def _share_over(thing: Thing, other: Thing, up: Array) -> float:
+    """Return the share of a thing's surface that lies over or under the box around another."""
+    pose, size = other.box(up)
+    aside = np.abs((centres_of(thing.voxels) - pose[:3, 3]) @ pose[:3, :2])
+    return float((aside <= np.array(size[:2]) / 2 + SIDE).all(axis=1).mean())
 
 
 def _is_part(thing: Thing, things: Sequence[Thing]) -> bool:

@@ -82,7 +82,7 @@ class Visit:
 
     def things(self) -> list[Thing]:
         """Return the things that the frames so far show, see `find_things`."""
-        return find_things(self._seen)
+        return find_things(self._seen, self.up_world)
 
     def place_of(self, thing: Thing) -> int | None:
         """Return the number of the place that most views of a thing were taken in."""
