@@ -2,16 +2,44 @@
 
 from __future__ import annotations
 
+import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from curiosight.cli.app import run
 from recordings import write_folder
+from rooms_once import draw_room_once, lit_once_in
 
 # The tests of the node on a real graph want an environment of their own: `make test-ros`.
 collect_ignore = ["ros"]
+
+
+# These test how rooms are drawn and lit: nothing is kept for them.
+OF_ROOMS = ("test_room", "test_home")
+DRAWN_BY = ("worlds.sources", "rooms.home.home", "experiments.driving")
+
+
+@pytest.fixture(scope="session")
+def light_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of this run of the tests, the same for all of its workers."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "light"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def rooms_once(request: pytest.FixtureRequest, light_folder: Path) -> Iterator[None]:
+    """Have a room drawn and lit once, whichever test shows it."""
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.module.__name__.startswith(OF_ROOMS):
+            patch.setattr("curiosight.rooms.renderer.lit", lit_once_in(light_folder))
+            for module in DRAWN_BY:
+                patch.setattr(f"curiosight.{module}.draw_room", draw_room_once)
+        yield
 
 
 @pytest.fixture(scope="module")
