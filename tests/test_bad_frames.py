@@ -139,8 +139,13 @@ def test_recording_without_any_object(source: Path, model: Path, out: Path, caps
     assert "try --scene floor" in page
     evaluated = succeed(capsys, "evaluate", model, source, "--out", out / "v")
     assert "warning: no frame shows anything salient" in evaluated.err
-    mapped = succeed(capsys, "map", out / "l", source, "--out", out / "m")
+    mapped = call(capsys, "map", out / "l", source, "--out", out / "m")
+    assert mapped.status == 1
     assert "every map is black" in mapped.err
+    assert len(list((out / "m").glob("*.png"))) == 4
+    scored = call(capsys, "evaluate", out / "l", source, "--out", out / "s")
+    assert scored.status == 1
+    assert "warning: nothing was learned" in scored.err
 
 
 def test_recording_without_any_plane(source: Path, out: Path, capsys: Capsys) -> None:

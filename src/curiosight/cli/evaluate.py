@@ -152,7 +152,7 @@ def _tell_learned(talk: Talk, evaluation: Evaluation | CrossValidation) -> bool:
     if isinstance(evaluation, Evaluation):
         if not evaluation.learner.is_trained:
             talk.warn(NOTHING_LEARNED)
-        return True
+        return evaluation.learner.is_trained
     n_folds, n_untrained = len(evaluation.folds), evaluation.n_untrained
     if 0 < n_untrained < n_folds:
         talk.warn(f"{n_untrained} of {n_folds} folds learned nothing, and score as if blind")

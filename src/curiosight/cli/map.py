@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curiosight.cli import options
+from curiosight.cli.lessons import LEARNED_NOTHING_STATUS
 from curiosight.cli.reading import ReadingOverrides, reads_source
 from curiosight.cli.talk import Talk
 from curiosight.config import load_config
@@ -118,3 +119,5 @@ def map_(
     facts = {"images": mapping.n_mapped, "bad_images": mapping.n_seen - mapping.n_mapped}
     rows = {"images": mapping.n_mapped, "written to": folder.path}
     talk.results("map", rows, {**facts, "out": str(folder.path)})
+    if not learner.is_trained:
+        raise typer.Exit(LEARNED_NOTHING_STATUS)
