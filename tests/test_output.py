@@ -228,3 +228,22 @@ def test_lock_that_a_kill_left_stands_in_nobodys_way(tmp_path: Path, source: Pat
     with letting_go():
         OutputFolder(tmp_path / "out", "learn", source).write_text("config.toml", "")
     assert not (tmp_path / "out" / LOCK).exists()
+
+
+def test_missing_rights_are_told_before_anything_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def access(path: Path, mode: int) -> bool:
+        asked.append((path, mode))
+        return False
+
+    monkeypatch.setattr(os, "access", access)
+    with pytest.raises(DataError, match=r"deep/run: cannot be written \(Permission denied\)"):
+        OutputFolder(tmp_path / "deep" / "run", "explore", None)
+    assert asked == [(tmp_path, os.W_OK | os.X_OK)]
+    (tmp_path / "file").write_text("a user's")
+    with pytest.raises(DataError, match=r"run: cannot be written \(Not a directory\)"):
+        OutputFolder(tmp_path / "file" / "run", "explore", None)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
