@@ -235,14 +235,15 @@ def test_missing_rights_are_told_before_anything_is_written(
 ) -> None:
     asked = []
 
-    def access(path: Path, mode: int) -> bool:
-        asked.append((path, mode))
-        return False
+    def refuse(dir: Path) -> None:
+        asked.append(dir)
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
-    monkeypatch.setattr(os, "access", access)
-    with pytest.raises(DataError, match=r"deep/run: cannot be written \(Permission denied\)"):
-        OutputFolder(tmp_path / "deep" / "run", "explore", None)
-    assert asked == [(tmp_path, os.W_OK | os.X_OK)]
+    with monkeypatch.context() as patch:
+        patch.setattr("curiosight.errors.files.TemporaryFile", refuse)
+        with pytest.raises(DataError, match=r"deep/run: cannot be written \(Permission denied\)"):
+            OutputFolder(tmp_path / "deep" / "run", "explore", None)
+    assert asked == [tmp_path]
     (tmp_path / "file").write_text("a user's")
     with pytest.raises(DataError, match=r"run: cannot be written \(Not a directory\)"):
         OutputFolder(tmp_path / "file" / "run", "explore", None)

@@ -138,9 +138,9 @@ def find_things(
     )
     groups = group_detections([view for view, _ in certain], [one for _, one in certain])
     things = [Thing([certain[place] for place in group]) for group in groups]
-    kept = _joined(_by_views(things), _are_one)
-    kept.sort(key=lambda one: one.span(np.asarray(up))[0])
-    kept = _by_views(_joined(kept, lambda lower, upper: _is_under(lower, upper, np.asarray(up))))
+    up = np.asarray(up)
+    from_below = sorted(_joined(_by_views(things), _are_one), key=lambda one: one.span(up)[0])
+    kept = _by_views(_joined(from_below, lambda lower, upper: _is_under(lower, upper, up)))
     return [thing for thing in kept if not (_is_part(thing, kept) or _is_several(thing, kept))]
 
 

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from curiosight.errors import DataError
 
@@ -42,6 +43,16 @@ def _sync_folder(folder: Path) -> None:
             os.fsync(opened)
         finally:
             os.close(opened)
+
+
+def try_to_write_in(folder: Path) -> None:
+    """Raise `OSError` where no file can be made in a folder; it need not exist, and is not made.
+
+    Told before the work: later it would be for nothing.
+    """
+    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    with TemporaryFile(dir=nearest):
+        pass
 
 
 @contextmanager

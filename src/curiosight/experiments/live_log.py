@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import IO
 
 from curiosight.errors import DataError
-from curiosight.errors.files import writing
+from curiosight.errors.files import try_to_write_in, writing
 from curiosight.robot.sinks.mcap_log import McapLog
 
 
@@ -39,9 +38,7 @@ def _try_to_write(path: Path) -> None:
     if path.exists():
         path.open("ab").close()
         return
-    folder = next(folder for folder in path.absolute().parents if folder.exists())
-    with TemporaryFile(dir=folder):
-        pass
+    try_to_write_in(path.parent)
 
 
 def _open(path: Path, *, overwrite: bool) -> IO[bytes]:

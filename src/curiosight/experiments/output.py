@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curiosight.errors import DataError, printable
-from curiosight.errors.files import replace_file, writing
+from curiosight.errors.files import replace_file, try_to_write_in, writing
 from curiosight.experiments.sole_writer import LOCK, hold
 from curiosight.experiments.written import Written
 
@@ -76,7 +76,7 @@ class OutputFolder:
                 raise DataError(path, found, "choose an --out elsewhere")
             if self.path.exists():
                 self._check_existing()
-            self._check_rights()
+            try_to_write_in(self.path)
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file, completely or not at all."""
@@ -140,14 +140,6 @@ class OutputFolder:
         if self._written is not None:
             self._written.note(name, content)
         return path
-
-    def _check_rights(self) -> None:
-        """Raise `OSError` where no file can be made: told now, it costs nobody hours of work."""
-        nearest = next(path for path in (self.path, *self.path.absolute().parents) if path.exists())
-        if not nearest.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(nearest))
-        if not os.access(nearest, os.W_OK | os.X_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(nearest))
 
     def _make(self) -> None:
         """Make the folder; a name of ours that another run took in this second gets a number."""
